@@ -1,7 +1,7 @@
 """JSON, YAML and tables of text from outside: read within limits, or refused (InputError).
 
-Nothing here recurses over the text, expands an alias, makes an object of a program or lets a
-number overflow.
+Nothing here recurses deeper than its limit, expands an alias, makes an object of a program or lets
+a number overflow.
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ import json
 import math
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -212,92 +213,82 @@ def read_yaml(
     """
     if len(text) > most:
         raise InputError(field, f"{len(text)} characters", f"at most {most}")
-    builder = _Builder(plain)
     try:
-        for event in yaml.parse(text, Loader=_PARSER):
-            builder.take(event)
+        return _Builder(text, plain).content()
     except (yaml.YAMLError, ValueError) as error:
         raise InputError(field, text, "valid YAML", str(error)) from None
-    return builder.root
 
 
 class _Builder:
-    """Builds the content from the parser's events; ValueError where a limit is exceeded."""
+    """Builds the content of a text from the parser's events; ValueError beyond a limit."""
 
-    def __init__(self, plain: Callable[[str], Any]) -> None:
-        self.root: Any = None
-        self._plain = plain
-        self._open: list[Any] = []  # lists and mappings that have begun
-        self._keys: list[str | None] = []  # of each: the key that waits for its value
-        self._count = self._documents = 0
+    def __init__(self, text: str, plain: Callable[[str], Any]) -> None:
+        self._events: Iterator[Any] = iter(yaml.parse(text, Loader=_PARSER))
+        self._plain, self._count = plain, 0
 
-    def take(self, event: yaml.Event) -> None:
-        """Take the next event."""
-        match event:
-            case yaml.ScalarEvent():
-                self._check(event)
-                self._scalar(event)
-            case yaml.SequenceStartEvent():
-                self._begin(event, [], "seq")
-            case yaml.MappingStartEvent():
-                self._begin(event, {}, "map")
-            case yaml.SequenceEndEvent() | yaml.MappingEndEvent():
-                self._open.pop()
-                self._keys.pop()
-            case yaml.AliasEvent():
-                raise ValueError("an alias (*name): write the value itself")
-            case yaml.DocumentStartEvent():
-                self._documents += 1
-                if self._documents > 1:
-                    raise ValueError("a second document")
+    def content(self) -> Any:
+        """The content of the only document; None where there is none."""
+        next(self._events)  # the stream begins
+        if isinstance(next(self._events), yaml.StreamEndEvent):
+            return None
+        found = self._node(next(self._events), 0)
+        next(self._events)  # the document ends
+        if not isinstance(next(self._events), yaml.StreamEndEvent):
+            raise ValueError("a second document")
+        return found
+
+    def _node(self, event: Any, depth: int) -> Any:
+        """What begins with an event, within so many lists and mappings."""
+        self._check(event)
+        if isinstance(event, yaml.ScalarEvent):
+            return self._scalar(event)
+        is_list = isinstance(event, yaml.SequenceStartEvent)
+        if event.tag not in (None, "!", _CORE + ("seq" if is_list else "map")):
+            raise ValueError(f"the tag {event.tag}")
+        if depth >= limits.YAML_DEPTH:
+            raise ValueError(f"more than {limits.YAML_DEPTH} levels")
+        below = takewhile(_is_no_end, self._events)
+        if is_list:
+            return [self._node(one, depth + 1) for one in below]
+        found: dict[str, Any] = {}
+        for one in below:
+            key = self._key(one)
+            if key in found:
+                raise ValueError(f"the key {key!r} is given twice")
+            found[key] = self._node(next(self._events), depth + 1)
+        return found
 
     def _check(self, event: Any) -> None:
         self._count += 1
         if self._count > limits.YAML_NODES:
             raise ValueError(f"more than {limits.YAML_NODES} values")
         if event.anchor is not None:
-            raise ValueError("an anchor (&name)")
+            raise ValueError("an anchor (&name) or an alias (*name): write the value itself")
 
-    def _begin(self, event: Any, content: Any, kind: str) -> None:
-        self._check(event)
-        if event.tag not in (None, "!", _CORE + kind):
-            raise ValueError(f"the tag {event.tag}")
-        if len(self._open) >= limits.YAML_DEPTH:
-            raise ValueError(f"more than {limits.YAML_DEPTH} levels")
-        if self._at_key:
-            raise ValueError("a list or a mapping as a key")
-        self._put(content)
-        self._open.append(content)
-        self._keys.append(None)
-
-    @property
-    def _at_key(self) -> bool:
-        return bool(self._open) and isinstance(self._open[-1], dict) and self._keys[-1] is None
-
-    def _put(self, value: Any) -> None:
-        if not self._open:
-            self.root = value
-        elif isinstance(into := self._open[-1], list):
-            into.append(value)
-        else:
-            into[self._keys[-1]], self._keys[-1] = value, None
-
-    def _scalar(self, event: Any) -> None:
-        quoted = event.style in ("'", '"')
-        if event.tag not in ((None, "!", _TEXT) if quoted else (None, _TEXT)):
-            raise ValueError(f"the tag {event.tag}")
-        if self._at_key:
-            self._key(event.value, quoted)
-            return
-        as_text = quoted or event.tag == _TEXT
+    def _scalar(self, event: Any) -> Any:
+        as_text = _is_quoted(event) or event.tag == _TEXT
         value = event.value if as_text else self._plain(event.value)
         if event.style in ("|", ">") and value != event.value:
             raise ValueError("a number, true or false as a block of text")
-        self._put(value)
+        return value
 
-    def _key(self, key: str, quoted: bool) -> None:
-        if key in self._open[-1]:
-            raise ValueError(f"the key {key!r} is given twice")
-        if key in ("", "<<") and not quoted:
+    def _key(self, event: Any) -> str:
+        self._check(event)
+        if not isinstance(event, yaml.ScalarEvent):
+            raise ValueError("a list or a mapping as a key")
+        key = str(event.value)
+        if not _is_quoted(event) and key in ("", "<<"):
             raise ValueError("a merge (<<)" if key else "there is no key")
-        self._keys[-1] = key
+        return key
+
+
+def _is_no_end(event: yaml.Event) -> bool:
+    return not isinstance(event, yaml.CollectionEndEvent)
+
+
+def _is_quoted(event: Any) -> bool:
+    """Whether a scalar has quotes; ValueError for a tag that is not of texts."""
+    quoted = event.style in ("'", '"')
+    if event.tag not in ((None, "!", _TEXT) if quoted else (None, _TEXT)):
+        raise ValueError(f"the tag {event.tag}")
+    return quoted

@@ -30,7 +30,7 @@ from bouncing_disk_ros.maps.axial_map import (
     ORBIT_W,
     axial_orbit,
 )
-from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
+from bouncing_disk_ros.maps.lanes.axial_lanes import iterated
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, periodic_orbit
 from bouncing_disk_ros.maps.rotation_map import LYAPUNOV, measure_attractor
@@ -47,6 +47,8 @@ VISITS = 50_000
 """... in so many impacts."""
 CLEARLY = 20.0
 """An orbit is chaotic when a small change grows by more than e^CLEARLY over VISITS impacts."""
+SEARCHED = 24
+"""Starts along each axis of a window from which its attractors are looked for, at most."""
 MOST_OPEN = 64
 """So many of the starts that are left open are followed to find attractors that were missed."""
 
@@ -77,6 +79,21 @@ def find_attractors(section: NextCollisionMap, starts: Sequence[tuple[float, flo
     return Attractors(found, after, search.unresolved)
 
 
+def window_attractors(
+    section: NextCollisionMap, forcing_phases: Floats, velocities: Floats
+) -> Attractors:
+    """Attractors reached from contact and from some starts of a window, given by its axes.
+
+    The starts are SEARCHED of the forcing phases τ (rad) with SEARCHED of the velocities w_A, all
+    of an axis that has fewer.
+    """
+    phases, speeds = (
+        axis[np.unique(np.linspace(0, len(axis) - 1, SEARCHED).astype(int))].tolist()
+        for axis in (forcing_phases, velocities)
+    )
+    return find_attractors(section, [(tau % math.tau, w) for w in speeds for tau in phases])
+
+
 def missed_attractors(
     section: NextCollisionMap, known: Attractors, starts: Floats
 ) -> list[Attractor]:
@@ -96,13 +113,9 @@ def missed_attractors(
 
 def _without_contact(section: NextCollisionMap, starts: Sequence[tuple[float, float]]) -> Floats:
     """States (n, 2) after SETTLING impacts, of the starts that have not come to contact."""
-    tau, w = np.array(starts, float).reshape(-1, 2).T.copy()
-    counts = np.zeros((len(tau), 2), np.int64)
-    platform = (
-        np.full(len(tau), float(section.axial_forcing)),
-        np.full(len(tau), float(section.restitution)),
-    )
-    iterate_axial(tau, w, *platform, SETTLING, counts)
+    platform = section.axial_forcing, section.restitution
+    tau, w = np.array(starts, float).reshape(-1, 2).T
+    tau, w, counts = iterated(tau, w, platform, SETTLING)
     return np.stack((tau, w), axis=1)[~counts.any(axis=1)]
 
 

@@ -16,10 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.attractor_search import (
-    find_attractors,
-    missed_attractors,
-)
+from bouncing_disk_ros.maps.attractor_search import missed_attractors, window_attractors
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors, Cells
 from bouncing_disk_ros.maps.axial_flights import iterate_forwards
 from bouncing_disk_ros.maps.axial_map import ORBIT_DELAY, ORBIT_TAU, ORBIT_W, axial_orbit
@@ -47,7 +44,7 @@ WATCHED = 200
 IN_CONTACT = -2
 """Label of a start that comes to contact, before it is said where contact leads."""
 SEARCHED = 16
-"""Attractors are looked for from SEARCHED × SEARCHED starts of the window."""
+"""`label_window` first looks for attractors from SEARCHED × SEARCHED starts."""
 
 
 class LabelRule(NamedTuple):
@@ -233,14 +230,6 @@ def before_impact(velocity: Floats, restitution: float, *, after: bool) -> Float
     return velocity / restitution
 
 
-class WindowStarts(NamedTuple):
-    """Starts at the centres of n × n pixels of τ ∈ [0, 2π), w_A ∈ (lowest, 0)."""
-
-    tau: Floats
-    w: Floats
-    side: int
-
-
 class Labelled(NamedTuple):
     """Where starts of a window go."""
 
@@ -255,33 +244,37 @@ class Labelled(NamedTuple):
         return np.where(label == IN_CONTACT, np.int32(self.known.after_contact), label)
 
 
-def window_starts(side: int, lowest: float) -> WindowStarts:
-    """The centres of side × side pixels, rows of equal w_A."""
+def _axes(side: int, lowest: float) -> tuple[Floats, Floats]:
     centres = (np.arange(side) + 0.5) / side
-    tau, w = np.meshgrid(math.tau * centres, lowest * (1.0 - centres))
-    return WindowStarts(tau.ravel(), w.ravel(), side)
+    return math.tau * centres, lowest * (1.0 - centres)
 
 
-def label_window(section: NextCollisionMap, starts: WindowStarts, lowest: float) -> Labelled:
-    """The attractors that a window leads to, and the label of each of its starts."""
-    few = window_starts(SEARCHED, lowest)
-    known = find_attractors(section, list(zip(few.tau.tolist(), few.w.tolist(), strict=True)))
-    labels = _labels(known, section, starts.tau, starts.w)
+def window_starts(side: int, lowest: float) -> tuple[Floats, Floats]:
+    """τ and w_A (n,) of side × side pixels' centres, τ ∈ [0, 2π), w_A ∈ (lowest, 0), row by row."""
+    tau, w = np.meshgrid(*_axes(side, lowest))
+    return tau.ravel(), w.ravel()
+
+
+def label_window(section: NextCollisionMap, side: int, lowest: float) -> Labelled:
+    """The attractors that the `window_starts` lead to, and the label of each of them."""
+    known = window_attractors(section, *_axes(SEARCHED, lowest))
+    tau, w = window_starts(side, lowest)
+    labels = _labels(known, section, tau, w)
     open_ = np.flatnonzero(labels.label == UNRESOLVED)
     missed: list[Attractor] = []
     if len(open_):
-        left = np.stack((starts.tau[open_], starts.w[open_]), axis=1)
+        left = np.stack((tau[open_], w[open_]), axis=1)
         missed = missed_attractors(section, known, left)
         if missed:
             known = known._replace(found=(*known.found, *missed))
             again = _labels(known, section, *left.T.copy())
             labels.label[open_], labels.impacts[open_], labels.time[open_] = again
-    _go_on_after_contact(known, section, starts, labels)
-    return Labelled(known, labels, starts.side, len(missed))
+    _go_on_after_contact(known, section, tau, w, labels)
+    return Labelled(known, labels, side, len(missed))
 
 
 def _go_on_after_contact(
-    known: Attractors, section: NextCollisionMap, starts: WindowStarts, labels: Basins
+    known: Attractors, section: NextCollisionMap, tau: Floats, w: Floats, labels: Basins
 ) -> None:
     """Where contact leads to a periodic attractor: the times up to there, in place."""
     after = known.after_contact
@@ -289,11 +282,11 @@ def _go_on_after_contact(
     if not len(held) or after < 0 or known.found[after].kind is not AttractorKind.PERIODIC:
         return
     platform = float(section.axial_forcing), float(section.restitution)
-    states = np.stack((starts.tau[held], starts.w[held]), axis=1)
+    states = np.stack((tau[held], w[held]), axis=1)
     iterate_forwards(states, labels.impacts[held].astype(np.int64), *platform)
     next_one = np.empty((1, 4))
-    for i, (tau, w) in zip(held, states, strict=True):
-        axial_orbit(tau, w, *platform, 1, next_one)
+    for i, state in zip(held, states, strict=True):
+        axial_orbit(*state, *platform, 1, next_one)
         labels.time[i] += next_one[0, ORBIT_DELAY]
     tau, w = (next_one[:, column].copy() for column in (ORBIT_TAU, ORBIT_W))  # the same for all
     labels.time[held] += label_starts(known, section, tau, w).time[0]

@@ -66,6 +66,11 @@ class Child:
         self._log.seek(0)
         return self._log.read(size).decode("utf-8", "replace")
 
+    @property
+    def last_line(self) -> str:
+        """The last line that it has printed."""
+        return (self.log.strip().splitlines() or ["it said nothing"])[-1]
+
     def end(self, seconds: float = 20.0) -> int:
         """Interrupt it, wait, kill it if need be; the exit code."""
         if self._process.poll() is None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from bouncing_disk_ros.parameters import TABLE, Value, spec_of
@@ -86,13 +86,6 @@ class StopJuggling:
 Action = Move | Set | Impulse | Call | Lifecycle | Perform | Juggle | StopJuggling
 
 
-@dataclass(frozen=True)
-class Sequel:
-    """Actions one after the other; each waits for the answer to the one before."""
-
-    actions: Sequence[Action] = field(default_factory=tuple)
-
-
 def yaml_number(value: float) -> str:
     """A number as YAML reads it back: the shortest that is the same double."""
     if math.isinf(value) or math.isnan(value):
@@ -133,12 +126,12 @@ RUN_NAMES = tuple(
 """The parameters that a run of its own sets: programmes are made of cross-fades."""
 
 
-def new_run(wanted: Mapping[str, Value], own: Mapping[str, Value]) -> Sequel:
+def new_run(wanted: Mapping[str, Value], own: Mapping[str, Value]) -> list[Action]:
     """What begins a run of its own with these parameters; `own`: those that the node has."""
     changed = {name: value for name, value in wanted.items() if own.get(name) != value}
-    settings = (Set(changed),) if changed else ()
-    begin = (Lifecycle("deactivate"), Lifecycle("cleanup"))
-    return Sequel((*begin, *settings, Lifecycle("configure"), Lifecycle("activate")))
+    settings = [Set(changed)] if changed else []
+    begin = Lifecycle("deactivate"), Lifecycle("cleanup")
+    return [*begin, *settings, Lifecycle("configure"), Lifecycle("activate")]
 
 
 def _published(names: Names, topic: str, kind: str, content: str) -> str:
@@ -173,11 +166,9 @@ def _call_line(action: Call, names: Names) -> str:
     return f"ros2 service call {names.node}/{action.service} {kind}{request}"
 
 
-def lines(action: Action | Sequel, names: Names) -> list[str]:
+def lines(action: Action, names: Names) -> list[str]:
     """The command lines that do the same from a terminal."""
     match action:
-        case Sequel(actions):
-            return [line for one in actions for line in lines(one, names)]
         case Move():
             return [_move_line(action, names)]
         case Set(values):

@@ -7,7 +7,7 @@ from bouncing_disk_ros.bag import BagError
 from bouncing_disk_ros.bag.walk import walking
 from bouncing_disk_ros.errors import FailedError
 from bouncing_disk_ros.report.read_run import choose, in_order_of_sending, is_there
-from bouncing_disk_ros.workbench.actions import Action, Names, Sequel
+from bouncing_disk_ros.workbench.actions import Action, Names
 from bouncing_disk_ros.workbench.history_reader import HistoryReader
 from bouncing_disk_ros.workbench.run_history import RunHistory
 from bouncing_disk_ros.workbench.run_link import RunLink
@@ -41,7 +41,7 @@ class BagLink(RunLink):
         if not len(self.history.samples):
             raise FailedError(f"{path}: no joint_states with the motion to place them in time")
 
-    def send(self, action: Action | Sequel) -> None:
+    def send(self, *actions: Action) -> None:
         """Say that nothing can be sent."""
-        del action
+        del actions
         self.history.note("a recorded run takes no commands", is_refusal=True)

@@ -23,7 +23,6 @@ from bokeh.models import (
     Range1d,
 )
 from bokeh.plotting import figure
-from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import (
     BLACK,
@@ -35,25 +34,18 @@ from bouncing_disk_ros.colours import (
     attractor_colors,
 )
 from bouncing_disk_ros.errors import FailedError, InputError
-from bouncing_disk_ros.maps.attractor_search import find_attractors
-from bouncing_disk_ros.maps.attractors import (
-    Attractor,
-    AttractorKind,
-    Attractors,
-    numbered,
-)
-from bouncing_disk_ros.maps.basin_labels import UNRESOLVED, LabelRule, label_starts
-from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
+from bouncing_disk_ros.maps.absorbing_region import Regions, absorbing_regions, labels_by_regions
+from bouncing_disk_ros.maps.attractor_search import window_attractors
+from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors, numbered
+from bouncing_disk_ros.maps.basin_labels import LabelRule, label_starts
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.study.basins.options import DEFINITION as BASINS
 from bouncing_disk_ros.units import in_pi, number_text, shown_unit
-from bouncing_disk_ros.workbench.absorbing_region import AbsorbingRegion, absorbing_regions
 from bouncing_disk_ros.workbench.computed_pane import ComputedPane, IsObsolete, LatestWork, placed
 from bouncing_disk_ros.workbench.page_style import one_column
 from bouncing_disk_ros.workbench.start_plane import (
     NOT_DECIDED,
     Orbit,
-    Section,
     Start,
     View,
     Window,
@@ -62,6 +54,7 @@ from bouncing_disk_ros.workbench.start_plane import (
     is_distinct,
     orbit_of,
     pixel_centre,
+    place_of,
     points_of,
     section_of,
     start_at,
@@ -70,24 +63,14 @@ from bouncing_disk_ros.workbench.start_plane import (
 
 COARSE, FULL = 128, 512
 """Pixels along each side of a view: what is shown at first, and in the end."""
-SEARCHED = 24
-"""Attractors are looked for from SEARCHED × SEARCHED starts: those of the study by default."""
-EARLY = 64, 256
-"""Impacts after which starts are looked for in a region about a chaotic attractor."""
 _ROWS = 128
 """Rows labelled between two questions whether the view is still wanted: 20 to 150 ms."""
 _KEPT = 12
-"""Values of Γ and ε whose attractors are kept: a chaotic one has 1 MB."""
-
-Floats = NDArray[np.float64]
-Labels = NDArray[np.int32]
-States = tuple[Floats, Floats]
-Regions = dict[int, AbsorbingRegion]
+"""Sections whose attractors are kept: a chaotic one has 1 MB."""
 
 
 def view(
-    axial_forcing: float,
-    restitution: float,
+    section: NextCollisionMap,
     window: Window,
     side: int,
     is_obsolete: Callable[[], bool] = lambda: False,
@@ -95,75 +78,31 @@ def view(
     """Labels of side × side starts of a window; None if it becomes obsolete meanwhile.
 
     The labels are those of the study `basins` over this window where that finds the same
-    attractors: here they are looked for once at each Γ and ε, over the whole window, so that a
+    attractors: here they are looked for once for each section, over the whole window, so that a
     label means the same in every zoom. Raises InputError.
     """
-    found, section = found_attractors(axial_forcing, restitution), _map(axial_forcing, restitution)
+    known = attractors_of(section)
     # looking for them takes longer than a coarse view
-    regions = _regions(axial_forcing, restitution) if side > COARSE else {}
+    regions = _regions(section) if side > COARSE else {}
     speeds, phases = centres(*window[2:], side), centres(*window[:2], side) % math.tau
     labels = np.empty((side, side), np.int32)
     for first in range(0, side, _ROWS):
         if is_obsolete():
             return None
         rows = slice(first, first + _ROWS)
-        w, tau = np.meshgrid(speeds[rows], phases, indexing="ij")
-        labels[rows] = _labels(found, regions, section, tau.ravel(), w.ravel()).reshape(w.shape)
-    names = tuple(numbered([one.name for one in found.found]))
-    return View(window, labels, found.found, names, is_distinct(window, side))
+        w, tau = (v.ravel() for v in np.meshgrid(speeds[rows], phases, indexing="ij"))
+        part = labels_by_regions(known, section, tau, w, _rule(), regions)
+        labels[rows] = part.reshape(-1, side)
+    names = tuple(numbered([one.name for one in known.found]))
+    return View(window, labels, known.found, names, is_distinct(window, side))
 
 
-def _labels(
-    found: Attractors, regions: Regions, section: NextCollisionMap, tau: Floats, w: Floats
-) -> Labels:
-    """Labels (n,) of starts, those of the study; whoever is in a region about chaos is known.
-
-    The study follows these for hundreds of impacts more, to see that they do not leave. Each start
-    is followed from its beginning, as in the study: in pieces it would have other roundings, and
-    where it comes near to contact it might end elsewhere.
-    """
-    labels = np.full(len(tau), UNRESOLVED, np.int32)
-    # chaotic attractors are the last: without them all other labels are the same
-    others = tuple(one for one in found.found if one.kind is not AttractorKind.CHAOTIC)
-    left = np.arange(len(tau))
-    for impacts in EARLY if regions else ():
-        rule = _rule()._replace(cap=impacts)
-        early = label_starts(found._replace(found=others), section, tau[left], w[left], rule)
-        labels[left] = early.label
-        left = left[early.label == UNRESOLVED]
-        states = _iterated(section, tau[left], w[left], impacts)
-        for label, region in regions.items():
-            labels[left[region.hold(*states)]] = label
-        left = left[labels[left] == UNRESOLVED]
-    labels[left] = label_starts(found, section, tau[left], w[left], _rule()).label
-    return labels
-
-
-def _iterated(section: NextCollisionMap, tau: Floats, w: Floats, impacts: int) -> States:
-    """States after some impacts."""
-    states = tau.copy(), w.copy()
-    forcings, restitutions = (
-        np.full(len(tau), float(value)) for value in (section.axial_forcing, section.restitution)
-    )
-    iterate_axial(*states, forcings, restitutions, impacts, np.zeros((len(tau), 2), np.int64))
-    return states
-
-
-def attractors_at(axial_forcing: float, restitution: float) -> tuple[Attractor, ...]:
-    """The attractors that labels of views stand for, in their order. Raises InputError."""
-    return found_attractors(axial_forcing, restitution).found
-
-
-def label_of(axial_forcing: float, restitution: float, phase: float, velocity: float) -> str:
+def label_of(section: NextCollisionMap, phase: float, velocity: float) -> str:
     """Name of the attractor that one start goes to."""
-    found, section = found_attractors(axial_forcing, restitution), _map(axial_forcing, restitution)
+    known = attractors_of(section)
     start = np.array([phase % math.tau]), np.array([velocity])
-    label = int(label_starts(found, section, *start, _rule()).label[0])
-    return numbered([one.name for one in found.found])[label] if label >= 0 else NOT_DECIDED
-
-
-def _map(axial_forcing: float, restitution: float) -> NextCollisionMap:
-    return NextCollisionMap(axial_forcing, restitution)
+    label = int(label_starts(known, section, *start, _rule()).label[0])
+    return numbered([one.name for one in known.found])[label] if label >= 0 else NOT_DECIDED
 
 
 def _rule() -> LabelRule:
@@ -172,27 +111,19 @@ def _rule() -> LabelRule:
 
 
 @lru_cache(maxsize=_KEPT)
-def found_attractors(axial_forcing: float, restitution: float) -> Attractors:
-    """The attractors at Γ and ε, looked for once for all sessions and zooms."""
-    table = BASINS.options
-    phases, speeds = (
-        _some(centres(*ends, int(table[count].default)))
-        for ends, count in zip(
-            (whole_window()[:2], whole_window()[2:]), ("width", "height"), strict=True
-        )
-    )
-    starts = [(float(tau), float(w)) for w in speeds for tau in phases]
-    return find_attractors(_map(axial_forcing, restitution), starts)
+def attractors_of(section: NextCollisionMap) -> Attractors:
+    """The attractors in the order of labels, looked for once for all sessions and zooms.
+
+    They are those that the study `basins` finds by default. Raises InputError.
+    """
+    whole = whole_window()
+    width, height = (int(BASINS.options[name].default) for name in ("width", "height"))
+    return window_attractors(section, centres(*whole[:2], width), centres(*whole[2:], height))
 
 
 @lru_cache(maxsize=_KEPT // 4)
-def _regions(axial_forcing: float, restitution: float) -> Regions:
-    section = _map(axial_forcing, restitution)
-    return absorbing_regions(section, found_attractors(axial_forcing, restitution))
-
-
-def _some(values: Floats) -> Floats:
-    return values[np.unique(np.linspace(0, len(values) - 1, SEARCHED).astype(int))]
+def _regions(section: NextCollisionMap) -> Regions:
+    return absorbing_regions(section, attractors_of(section))
 
 
 # ------------------------------------------------------------------------------------------------
@@ -442,9 +373,9 @@ class BasinPane(ComputedPane):
         self._button = Button(label="Send the disk there", disabled=True, width=180)
         self._views, self._orbits = LatestWork(), LatestWork()
         super().__init__(self._views, self._orbits)
-        self._section: Section | None = None
+        self._section: NextCollisionMap | None = None
         self._shown: View | None = None
-        self._wanted: tuple[Section, Window] | None = None  # what was asked for last
+        self._wanted: tuple[NextCollisionMap, Window] | None = None  # what was asked for last
         self._orbit: Orbit | None = None
         self._connect()
         left = column(self._map.figure, self._under, self._status, **WIDE)
@@ -487,7 +418,7 @@ class BasinPane(ComputedPane):
             self._wanted = section, window
             self._views.ask(lambda is_obsolete: self._compute(section, window, is_obsolete))
 
-    def _change_section(self, section: Section, values: Mapping[str, float]) -> None:
+    def _change_section(self, section: NextCollisionMap, values: Mapping[str, float]) -> None:
         first = self._section is None
         self._section, self._shown = section, None
         self._map.figure.title.text = (
@@ -507,13 +438,12 @@ class BasinPane(ComputedPane):
         self._legend.text = ""
         self._status.text = _line(f"No basins here: {error}")
 
-    def _compute(self, section: Section, window: Window, is_obsolete: IsObsolete) -> None:
+    def _compute(self, section: NextCollisionMap, window: Window, is_obsolete: IsObsolete) -> None:
         """In the thread of the views: a coarse view first."""
-        at = section.axial_forcing, section.restitution
         begin = time.perf_counter()
         for side in (COARSE, FULL):
             try:
-                found = view(*at, window, side, is_obsolete)
+                found = view(section, window, side, is_obsolete)
             except InputError as error:
                 self._deliver(lambda error=error: self._refuse(error))  # type: ignore[misc]
                 return
@@ -524,7 +454,7 @@ class BasinPane(ComputedPane):
                 lambda found=found, spent=spent: self._show(section, found, spent)  # type: ignore[misc]
             )
 
-    def _show(self, section: Section, found: View, spent: float) -> None:
+    def _show(self, section: NextCollisionMap, found: View, spent: float) -> None:
         if section != self._section:
             return  # of parameters that are no longer in force
         before = self._shown
@@ -545,13 +475,9 @@ class BasinPane(ComputedPane):
         """Say which start is under the pointer, and where it goes."""
         text = " "
         if (shown := self._shown) is not None and _holds(shown.window, event.x, event.y):
-            side = len(shown.labels)
-            w = shown.window
-            across = min(int((event.x - w.phase_begin) / (w.phase_end - w.phase_begin) * side),
-                         side - 1)  # fmt: skip
-            up = min(int((event.y - w.velocity_begin) / (w.velocity_end - w.velocity_begin)
-                         * side), side - 1)  # fmt: skip
-            label = int(shown.labels[up, across])
+            w, side = shown.window, len(shown.labels)
+            row, column = place_of(*w[2:], side, event.y), place_of(*w[:2], side, event.x)
+            label = int(shown.labels[row, column])
             name = shown.names[label] if label >= 0 else "unresolved"
             phase = placed(event.x, 0.5 * (w.phase_end - w.phase_begin))
             velocity = placed(event.y, 0.5 * (w.velocity_end - w.velocity_begin))
@@ -571,19 +497,19 @@ class BasinPane(ComputedPane):
         self._orbits.ask(lambda _: self._follow(values, section, phase, velocity))
 
     def _follow(
-        self, values: Mapping[str, float], section: Section, phase: float, velocity: float
+        self, values: Mapping[str, float], section: NextCollisionMap, phase: float, velocity: float
     ) -> None:
         """In the thread of the orbits."""
         try:
             orbit = orbit_of(values, start_at(values, phase, velocity))
-            name = label_of(section.axial_forcing, section.restitution, *orbit.start[:2])
+            name = label_of(section, *orbit.start[:2])
         except (InputError, FailedError) as error:
             text = _line(str(error))
             self._deliver(lambda: self._message.update(text=text))
             return
         self._deliver(lambda: self._show_orbit(section, orbit, name))
 
-    def _show_orbit(self, section: Section, orbit: Orbit, name: str) -> None:
+    def _show_orbit(self, section: NextCollisionMap, orbit: Orbit, name: str) -> None:
         if section != self._section:
             return
         self._orbit = orbit

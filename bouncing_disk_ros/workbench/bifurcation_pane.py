@@ -31,13 +31,14 @@ from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.maps.attractors import Attractor, numbered
 from bouncing_disk_ros.maps.bifurcation_diagram import Branch, from_starts
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
-from bouncing_disk_ros.parameters import AXIAL_FORCING, DEFAULTS, TABLE
+from bouncing_disk_ros.parameters import AXIAL_FORCING, TABLE
 from bouncing_disk_ros.study.bifurcation.options import DEFINITION as BIFURCATION
 from bouncing_disk_ros.study.bifurcation.picture import CONTACT_INK, INK, density
 from bouncing_disk_ros.units import in_pi, number_text, with_prefix
-from bouncing_disk_ros.workbench.basin_pane import attractors_at
+from bouncing_disk_ros.workbench.basin_pane import attractors_of
 from bouncing_disk_ros.workbench.computed_pane import ComputedPane, IsObsolete, LatestWork, placed
-from bouncing_disk_ros.workbench.start_plane import Section, described, section_of
+from bouncing_disk_ros.workbench.control_pane import amplitude_of
+from bouncing_disk_ros.workbench.start_plane import centres, described, section_of
 
 COARSE, FULL = 160, 800
 """Values of Γ in a view: what is shown at first, and in the end."""
@@ -81,7 +82,7 @@ def diagram(
 
     The values are the centres of `count` columns from begin to end. Raises InputError.
     """
-    values = begin + (end - begin) * (np.arange(count) + 0.5) / count
+    values = centres(begin, end, count)
     branches = []
     for first in range(0, count, _TOGETHER):
         if is_obsolete():
@@ -154,7 +155,7 @@ class BifurcationPane(ComputedPane):
 
     def __init__(self, values: Values, set_values: Callable[[Mapping[str, Any]], None]) -> None:
         self._values, self._set = values, set_values
-        self._section: Section | None = None
+        self._section: NextCollisionMap | None = None
         self._shown: tuple[tuple[float, ...], int] | None = None  # what, of how many columns
         self._wanted: tuple[float, ...] | None = None  # what was asked for last
         self._diagrams, self._attractors = LatestWork(), LatestWork()
@@ -321,16 +322,10 @@ class BifurcationPane(ComputedPane):
             return
         self._describe_cursor()
         try:
-            amplitude = TABLE["axial_amplitude"].checked(self._amplitude())
-            self._set({"axial_amplitude": amplitude})
+            amplitude = amplitude_of(self._cursor.location, self._values())
+            self._set({"axial_amplitude": TABLE["axial_amplitude"].checked(amplitude)})
         except (InputError, FailedError) as error:
             self._at_cursor.text = html.escape(str(error))
-
-    def _amplitude(self) -> float:
-        """The axial amplitude that has Γ of the cursor, m."""
-        assert self._section is not None
-        values = {**DEFAULTS, **self._values()}
-        return self._section.amplitude(self._cursor.location, float(values["frequency"]))
 
     def _describe_cursor(self) -> None:
         """Say where the cursor is; what is there is found in a thread."""
@@ -339,11 +334,12 @@ class BifurcationPane(ComputedPane):
         forcing, restitution = float(self._cursor.location), self._section.restitution
         across = self._figure.x_range
         place = placed(forcing, 0.5 * (across.end - across.start))
-        text = f"Cursor: Γ = {place}, A = {with_prefix(self._amplitude(), 'm')}"
+        amplitude = with_prefix(amplitude_of(forcing, self._values()), "m")
+        text = f"Cursor: Γ = {place}, A = {amplitude}"
         self._at_cursor.text = html.escape(text)
 
         def find(is_obsolete: IsObsolete) -> None:
-            found = attractors_at(forcing, restitution)
+            found = attractors_of(NextCollisionMap(forcing, restitution)).found
             if not is_obsolete():
                 self._deliver(lambda: self._tell(f"{text}. There: {_listed(found)}"))
 

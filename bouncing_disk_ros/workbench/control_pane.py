@@ -36,7 +36,6 @@ from bouncing_disk_ros.workbench.actions import (
     Juggle,
     Move,
     Perform,
-    Sequel,
     Set,
     StopJuggling,
     lines,
@@ -348,13 +347,14 @@ class ControlPane:
         return slider
 
     # --- what they do
-    def send(self, action: Action | Sequel) -> None:
-        """Send an action and show its command lines."""
-        self._lines.extendleft(reversed(lines(action, self._link.names)))
+    def send(self, *actions: Action) -> None:
+        """Send actions and show their command lines."""
+        for action in actions:
+            self._lines.extendleft(reversed(lines(action, self._link.names)))
         shown = "<br>".join(html.escape(line) for line in self._lines)
         self.command_lines.text = f"<div style='{_TERMINAL}'>{shown}</div>"
         self._link.history.settle()
-        self._link.send(action)
+        self._link.send(*actions)
 
     def _on_slider(self, control: Control, _attr: str, _old: Any, new: float) -> None:
         if self._following:
@@ -398,8 +398,8 @@ class ControlPane:
         self.send(Perform(FIRST_TOSS))
 
     def _step(self) -> None:
-        pause: tuple[Action, ...] = () if self._paused else (Call("pause", True),)
-        self.send(Sequel((*pause, Call("step"))))
+        pause = () if self._paused else (Call("pause", True),)
+        self.send(*pause, Call("step"))
 
     def _on_slow(self, _attr: str, _old: Any, new: int | None) -> None:
         if not self._following and new is not None:

@@ -37,7 +37,6 @@ from bouncing_disk_ros.workbench.actions import (
     Lifecycle,
     Move,
     Perform,
-    Sequel,
     Set,
     StopJuggling,
 )
@@ -74,10 +73,10 @@ class LocalLink(RunLink):
         self._thread.start()
 
     # --- as a link
-    def send(self, action: Action | Sequel) -> None:
-        """Send an action after those before."""
-        for one in action.actions if isinstance(action, Sequel) else (action,):
-            self._actions.put(one)
+    def send(self, *actions: Action) -> None:
+        """Send actions after those before."""
+        for action in actions:
+            self._actions.put(action)
 
     def close(self) -> None:
         """End the run."""

@@ -15,7 +15,7 @@ from bokeh.models import CustomJS, Div, TabPanel, Tabs
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.topics import MOTION_NAMES
-from bouncing_disk_ros.workbench.actions import Call, Move, Sequel, Set, new_run
+from bouncing_disk_ros.workbench.actions import Call, Move, Set, new_run
 from bouncing_disk_ros.workbench.address import WRITES, read, written
 from bouncing_disk_ros.workbench.computed_pane import ComputedPane
 from bouncing_disk_ros.workbench.control_pane import ControlPane
@@ -171,7 +171,7 @@ class Page:
             return
         values = self._history.values_at()
         if any(values[name] != value for name, value in wanted.parameters.items()):
-            self.controls.send(new_run(wanted.parameters, self._history.own_values()))
+            self.controls.send(*new_run(wanted.parameters, self._history.own_values()))
         self.tabs.active = active
 
     def _write_address(self) -> None:
@@ -222,7 +222,7 @@ class Page:
         """Let the run start from an initial state, with the motion and parameters in force."""
         inforce = self.values()
         motion = {name: inforce[name] for name in MOTION_NAMES}
-        self.controls.send(Sequel((Set({**motion, **values}), Call("reset"))))
+        self.controls.send(Set({**motion, **values}), Call("reset"))
 
     def set_values(self, values: Mapping[str, float]) -> None:
         """Let the run follow: motions by command, other parameters by their names."""

@@ -11,7 +11,7 @@ from bokeh.layouts import column
 from bokeh.models import Button, Div, RadioButtonGroup, Slider
 
 from bouncing_disk_ros.units import with_prefix
-from bouncing_disk_ros.workbench.actions import Action, Sequel
+from bouncing_disk_ros.workbench.actions import Action
 from bouncing_disk_ros.workbench.control_pane import DISK_CONTROLS, MOTION_CONTROLS
 from bouncing_disk_ros.workbench.run_history import numbers
 from bouncing_disk_ros.workbench.run_link import RunLink
@@ -76,9 +76,9 @@ class PlayerPane:
         self.slider.value = self.time
         self.play.label = "Pause" if playing else "Play"
 
-    def send(self, action: Action | Sequel) -> None:
+    def send(self, *actions: Action) -> None:
         """A recorded run takes nothing: the link says so."""
-        self._link.send(action)
+        self._link.send(*actions)
 
     def refresh(self, values: Mapping[str, Any], phase: str) -> None:
         """Show what was in force."""

@@ -38,7 +38,6 @@ from bouncing_disk_ros.workbench.actions import (
     Move,
     Names,
     Perform,
-    Sequel,
     Set,
     StopJuggling,
     juggle_arguments,
@@ -97,8 +96,7 @@ class JugglerProcess:
             if history.juggling and not self._node.count_publishers(TOPIC):
                 history.juggling = ""  # somebody's own one has ended
         elif child.code is not None:
-            said = child.log.strip().splitlines() or ["it said nothing"]
-            history.note(f"juggle ended: {said[-1]}", is_refusal=True)
+            history.note(f"juggle ended: {child.last_line}", is_refusal=True)
             self._child, history.juggling = None, ""
         else:
             self._follow_factor(names)
@@ -214,8 +212,7 @@ class RosLink(RunLink):
         performer = self._performer
         if performer is not None and performer.code is not None:
             self._performer = None
-            said = performer.log.strip().splitlines() or ["it said nothing"]
-            self.history.note(f"perform: {said[-1]}", is_refusal=performer.code != 0)
+            self.history.note(f"perform: {performer.last_line}", is_refusal=performer.code != 0)
         self._juggler.tick(self.names)
 
     def close(self) -> None:
@@ -228,24 +225,23 @@ class RosLink(RunLink):
         self._juggler.end()
 
     # --- actions
-    def send(self, action: Action | Sequel) -> None:
-        """Send an action after those before."""
-        if isinstance(action, Sequel):
-            for one in action.actions:
-                self.send(one)
-        elif isinstance(action, Perform):  # a process is started by this thread, not the other
-            self._perform(action.programme)
-        elif isinstance(action, Juggle):
-            self._juggler.start(action)
-        elif isinstance(action, StopJuggling):
-            self._juggler.stop()
-        else:
-            if action == Lifecycle("cleanup"):  # what comes is another run
-                self._juggler.end()
-            self._queue.put(action)
+    def send(self, *actions: Action) -> None:
+        """Send actions after those before; processes are started by this thread."""
+        for action in actions:
+            match action:
+                case Perform(programme):
+                    self._perform(programme)
+                case Juggle():
+                    self._juggler.start(action)
+                case StopJuggling():
+                    self._juggler.stop()
+                case _:
+                    if action == Lifecycle("cleanup"):  # what comes is another run
+                        self._juggler.end()
+                    self._queue.put(action)
 
     def _perform(self, programme: str) -> None:
-        if self._performer is not None and self._performer.code is None:
+        if self._performer is not None:
             self._performer.end()
         arguments = ["-r", f"__ns:={self._node.get_namespace()}"]
         self._performer = Child("perform", programme, "--ros-args", *arguments)

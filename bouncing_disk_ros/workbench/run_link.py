@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 
-from bouncing_disk_ros.workbench.actions import Action, Names, Sequel
+from bouncing_disk_ros.workbench.actions import Action, Names
 from bouncing_disk_ros.workbench.run_history import RunHistory
 
 
@@ -23,8 +23,8 @@ class RunLink(ABC):
     """Whether the run is over: it has a time slider and takes no commands."""
 
     @abstractmethod
-    def send(self, action: Action | Sequel) -> None:
-        """Send an action, after those that were sent before."""
+    def send(self, *actions: Action) -> None:
+        """Send actions, each after the answer to the one before."""
 
     def tick(self) -> None:  # noqa: B027 (most have nothing to look after)
         """Called in the loop of the pages a few times a second."""

@@ -54,7 +54,7 @@ class SceneButtons:
         self._scene = scene = SCENES[name]
         for other, button in self.buttons.items():
             button.button_type = "primary" if other == name else "default"
-        self._controls.send(scene.actions(self._link.history.own_values()))
+        self._controls.send(*scene.actions(self._link.history.own_values()))
         self.answer.visible = True
         self._write("")
 

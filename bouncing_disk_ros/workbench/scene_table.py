@@ -13,7 +13,7 @@ from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import FIRST_TOSS
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.units import number_text
-from bouncing_disk_ros.workbench.actions import RUN_NAMES, Action, Perform, Sequel, new_run
+from bouncing_disk_ros.workbench.actions import RUN_NAMES, Action, Perform, new_run
 from bouncing_disk_ros.workbench.control_pane import amplitude_of
 from bouncing_disk_ros.workbench.run_history import numbers
 from bouncing_disk_ros.workbench.strobe import strobe_rate
@@ -68,9 +68,9 @@ class Scene:
         values = numbers(self.parameters)
         return Disk(*(values[name] for name in Disk._fields))
 
-    def actions(self, own: Mapping[str, Value]) -> Sequel:
+    def actions(self, own: Mapping[str, Value]) -> list[Action]:
         """What sets it up as a run of its own; `own`: the parameters that the node has."""
-        return Sequel((*new_run(self.parameters, own).actions, *self.after))
+        return [*new_run(self.parameters, own), *self.after]
 
 
 _SCENES = (

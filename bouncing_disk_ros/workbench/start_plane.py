@@ -17,6 +17,7 @@ from bouncing_disk_ros.maps.attractors import (
     AttractorKind,
     refuse_conservative,
 )
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.scales import acceleration, axial_forcing_of, velocity_scale
 from bouncing_disk_ros.parameters import DEFAULTS, Value, complete
 from bouncing_disk_ros.run.session import Session, motion_of
@@ -45,18 +46,6 @@ def whole_window() -> Window:
     return Window(*(float(table[name].default) for name in Window._fields))
 
 
-class Section(NamedTuple):
-    """The next-collision map that the parameters of a simulator amount to, and its units."""
-
-    axial_forcing: float  # Γ
-    restitution: float  # ε
-    velocity_scale: float  # πg/ω in m/s, preload included
-
-    def amplitude(self, axial_forcing: float, frequency: float) -> float:
-        """The axial amplitude of another Γ at this frequency (Hz), m: A = Γπg/ω²."""
-        return axial_forcing * self.velocity_scale / (math.tau * frequency)
-
-
 class View(NamedTuple):
     """Labels of a window; rows by rising velocity, columns by rising phase."""
 
@@ -73,8 +62,8 @@ class View(NamedTuple):
         return [float(count) / self.labels.size for count in (*counts[1:], counts[0])]
 
 
-def section_of(values: Mapping[str, float]) -> Section:
-    """The section of a simulator's parameters. InputError where it has no such plane."""
+def section_of(values: Mapping[str, float]) -> NextCollisionMap:
+    """The map (Γ, ε) of a simulator's parameters. InputError where it has no such plane."""
     whole = {**DEFAULTS, **values}
     motion, disk = motion_of(whole), Disk.of(whole)
     if not acceleration(disk) > 0.0:
@@ -86,15 +75,17 @@ def section_of(values: Mapping[str, float]) -> Section:
         raise InputError("axial_amplitude", motion.axial_amplitude, f"Γ <= {most:g}",
                          f"It amounts to Γ = {forcing:g}.")  # fmt: skip
     refuse_conservative(disk.restitution)
-    return Section(forcing, disk.restitution, velocity_scale(motion, disk))
+    return NextCollisionMap(forcing, disk.restitution)
 
 
 def pixel_centre(window: Window, side: int, phase: float, velocity: float) -> tuple[float, float]:
     """The start (τ, w_A) whose pixel holds a point of the window."""
-    return (
-        _centre(*window[:2], side, phase),
-        _centre(*window[2:], side, velocity),
+    ends = (*window[:2], side), (*window[2:], side)
+    tau, w = (
+        float(centres(*one)[place_of(*one, value)])
+        for one, value in zip(ends, (phase, velocity), strict=True)
     )
+    return tau, w
 
 
 def centres(begin: float, end: float, count: int) -> NDArray[np.float64]:
@@ -102,10 +93,9 @@ def centres(begin: float, end: float, count: int) -> NDArray[np.float64]:
     return begin + (end - begin) * (np.arange(count) + 0.5) / count
 
 
-def _centre(begin: float, end: float, side: int, value: float) -> float:
-    """That of `centres` whose pixel holds a value."""
-    place = min(max(math.floor((value - begin) / (end - begin) * side), 0), side - 1)
-    return begin + (end - begin) * (place + 0.5) / side
+def place_of(begin: float, end: float, count: int, value: float) -> int:
+    """Number of the pixel, of those from begin to end, that holds a value."""
+    return min(max(math.floor((value - begin) / (end - begin) * count), 0), count - 1)
 
 
 def is_distinct(window: Window, side: int) -> bool:

@@ -81,8 +81,7 @@ class SimulatorKeeper:
             if not self._link.is_alive:
                 self._link.history.state = "a simulator starts (the first time it compiles) …"
             return
-        said = child.log.strip().splitlines() or ["it said nothing"]
-        line = f"the simulator ended with code {child.code}: {said[-1]}"
+        line = f"the simulator ended with code {child.code}: {child.last_line}"
         self._link.history.note(line, is_refusal=True)
         self._given_up = time.monotonic() - self._since < LONG_ENOUGH
         self._child, self._since = None, time.monotonic()

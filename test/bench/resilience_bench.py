@@ -6,7 +6,7 @@ import numpy as np
 
 from bench.table import Aim, Row, row
 from bench.turns import elapsed
-from bouncing_disk_ros.maps.basin_labels import label_window, window_starts
+from bouncing_disk_ros.maps.basin_labels import label_window
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.resilience_studies.fatal_changes import FatalRule
@@ -26,7 +26,7 @@ def measure() -> list[Row]:
     section = NextCollisionMap(0.45, 0.5)
 
     def all_measures() -> None:
-        window = label_window(section, window_starts(STARTS, -5.0), -5.0)
+        window = label_window(section, STARTS, -5.0)
         for label in range(len(window.known.found)):
             measure_attractor(section, window, label, 32, np.array([10.0]), FatalRule())
 

@@ -10,6 +10,7 @@ import numpy as np
 from bokeh.events import Tap
 
 from bench.table import Aim, Row, row
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.workbench.basin_pane import FULL, BasinPane, view
 from bouncing_disk_ros.workbench.start_plane import Window, whole_window
@@ -68,11 +69,11 @@ def _windows() -> Iterator[Window]:
 
 def _views(axial_forcing: float) -> list[float]:
     """Seconds of the processor."""
-    view(0.5, 0.5, whole_window(), 16)  # what is compiled is loaded
+    view(NextCollisionMap(0.5, 0.5), whole_window(), 16)  # what is compiled is loaded
     found = []
     for window in _windows():
         begin = time.thread_time()
-        view(axial_forcing, 0.5, window, FULL)
+        view(NextCollisionMap(axial_forcing, 0.5), window, FULL)
         found.append(time.thread_time() - begin)
     return found
 

@@ -7,7 +7,7 @@ from typing import Any
 from bokeh.document import Document
 from bokeh.events import ButtonClick
 
-from bouncing_disk_ros.workbench.actions import Action, Names, Sequel
+from bouncing_disk_ros.workbench.actions import Action, Names
 from bouncing_disk_ros.workbench.run_history import RunHistory
 from bouncing_disk_ros.workbench.run_link import RunLink
 
@@ -20,10 +20,10 @@ class ListLink(RunLink):
 
     def __init__(self) -> None:
         self.history = RunHistory()
-        self.sent: list[Action | Sequel] = []
+        self.sent: list[Action] = []
 
-    def send(self, action: Action | Sequel) -> None:
-        self.sent.append(action)
+    def send(self, *actions: Action) -> None:
+        self.sent += actions
 
 
 def change(document: Document, name: str, attribute: str, value: Any) -> None:

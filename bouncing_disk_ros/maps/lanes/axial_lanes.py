@@ -107,3 +107,13 @@ def iterate_axial(
 
     if impacts > 0:
         in_slices(work, len(tau), workers)
+
+
+def iterated(
+    tau: NDArray[np.float64], w: NDArray[np.float64], platform: tuple[float, float], impacts: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    """States and counts after some impacts, as of `iterate_axial`; `platform`: Γ and ε of all."""
+    tau, w, counts = tau.copy(), w.copy(), np.zeros((len(tau), 2), np.int64)
+    forcing, restitution = (np.full(len(tau), float(value)) for value in platform)
+    iterate_axial(tau, w, forcing, restitution, impacts, counts)
+    return tau, w, counts

@@ -11,7 +11,7 @@ import xarray as xr
 from bouncing_disk_ros.angles import numbers_of
 from bouncing_disk_ros.errors import InputError, one_of
 from bouncing_disk_ros.maps.attractors import refuse_conservative
-from bouncing_disk_ros.maps.basin_labels import IN_CONTACT, label_window, window_starts
+from bouncing_disk_ros.maps.basin_labels import IN_CONTACT, label_window
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.resilience_studies import NO_ROTATION
@@ -145,7 +145,7 @@ class ResilienceStudy(Study):
         own = {name: float(given.get(name, value)) for name in AXES} | {along: value}
         section = NextCollisionMap(**own)
         lowest = float(given["velocity_begin"])
-        window = label_window(section, window_starts(int(given["samples"]), lowest), lowest)
+        window = label_window(section, int(given["samples"]), lowest)
         shape = self.shape
         arrays = {
             name: np.full([1, *(shape[dim] for dim in field.dims[1:])], field.fill, field.dtype)

@@ -26,7 +26,6 @@ from bouncing_disk_ros.maps.basin_labels import (
     Labelled,
     label_window,
     shares,
-    window_starts,
 )
 from bouncing_disk_ros.maps.mean_speed import best_lag
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
@@ -123,7 +122,7 @@ class BasinShares(Study):
         own = {name: float(given[name]) for name in AXES} | {str(given["along"]): value}
         section = NextCollisionMap(**own)
         n, lowest = int(given["samples"]), float(given["velocity_begin"])
-        window = label_window(section, window_starts(n, lowest), lowest)
+        window = label_window(section, n, lowest)
         found, missed = window.known, window.missed
         labels = window.ends().reshape(n, n)
         kinds = np.array([class_of(a) for a in found.found] + [CLASSES.index("unresolved")])

@@ -14,10 +14,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.angles import numbers_of
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.attractor_search import (
-    find_attractors,
-    missed_attractors,
-)
+from bouncing_disk_ros.maps.attractor_search import missed_attractors, window_attractors
 from bouncing_disk_ros.maps.attractors import (
     Attractor,
     AttractorKind,
@@ -56,8 +53,6 @@ SIDES = (64, 1024)
 """Least and largest side of a region (pixels); the largest takes about a second of one core."""
 REGIONS = 16
 """A map is cut into about so many regions, if their sides allow it."""
-SEARCHED = 24
-"""Attractors are looked for from SEARCHED × SEARCHED starts of the window."""
 _KINDS = list(AttractorKind)
 
 
@@ -175,15 +170,9 @@ class Basins(Study):
         return {"velocity": side, "forcing_phase": side}
 
     def context(self) -> Arrays:
-        """The attractors, found from a coarse grid of starts over the window, with their speeds."""
-        rows = self.axes["velocity"].values.astype(float)
-        columns = self.axes["forcing_phase"].values.astype(float)
-        coarse = [
-            v[np.unique(np.linspace(0, len(v) - 1, SEARCHED).astype(int))] for v in (rows, columns)
-        ]
-        starts = [(float(tau % math.tau), float(w)) for w in self._before(coarse[0])
-                  for tau in coarse[1]]  # fmt: skip
-        found = find_attractors(self._map, starts)
+        """The attractors of the window, with their speeds."""
+        rows, columns = (self.axes[n].values.astype(float) for n in ("velocity", "forcing_phase"))
+        found = window_attractors(self._map, columns, self._before(rows))
         arrays = dict(to_arrays(found))
         if len(self._speeds):
             lag, angular = (float(self.parameters[n]) for n in ("phase_lag", "angular_forcing"))

@@ -179,19 +179,17 @@ def test_what_is_not_decided_is_not_lost() -> None:
 def test_contact_on_the_way_to_an_orbit_takes_its_time(
     axial_forcing: float, restitution: float
 ) -> None:
-    window = label_window(
-        NextCollisionMap(axial_forcing, restitution), window_starts(4, -4.0), -4.0
-    )
+    window = label_window(NextCollisionMap(axial_forcing, restitution), 4, -4.0)
     after = window.known.found[window.known.after_contact]
     assert after.kind is AttractorKind.PERIODIC
     points = np.stack((after.forcing_phases, after.velocities), axis=1)
     held = np.flatnonzero(window.labels.label == IN_CONTACT)
     assert len(held)
-    starts = window_starts(4, -4.0)
+    tau, w = window_starts(4, -4.0)
     given = {"axial_forcing": axial_forcing, "restitution": restitution}
     for i in held[:4]:
         time = float(window.labels.time[i])
-        start = Start(float(starts.tau[i]), float(starts.w[i]))
+        start = Start(float(tau[i]), float(w[i]))
         run = seen(given, start, math.ceil(time / math.tau) + 40)
         reached = run.times[on_orbit_since(run, points, 1e-4) + 7]
         assert time == pytest.approx(reached, abs=1e-3)

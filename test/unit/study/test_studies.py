@@ -12,11 +12,11 @@ import xarray as xr
 
 from bouncing_disk_ros.juggling import compute as juggling_module
 from bouncing_disk_ros.juggling.options import lines as juggling_lines
+from bouncing_disk_ros.maps import attractor_search
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import named, run
 from bouncing_disk_ros.study.basin_shares.compute import CLASSES
 from bouncing_disk_ros.study.basin_shares.options import lines as share_lines
-from bouncing_disk_ros.study.basins import compute as basins_module
 from bouncing_disk_ros.study.basins.options import lines as basin_lines
 from bouncing_disk_ros.study.bifurcation import compute as bifurcation_module
 from bouncing_disk_ros.study.bifurcation.compute import branch_of
@@ -232,7 +232,7 @@ def test_a_map_names_attractors_that_the_search_missed(
 ) -> None:
     given: dict[str, Value] = {"axial_forcing": 0.5275, "width": 64, "height": 64}
     assert "missed_attractor_name" not in result_of(tmp_path / "all", "basins", **given)
-    monkeypatch.setattr(basins_module, "SEARCHED", 4)
+    monkeypatch.setattr(attractor_search, "SEARCHED", 4)
     whole = result_of(tmp_path, "basins", **given)
     assert whole["missed_attractor_name"].values.tolist() == ["period-4"]
     assert any("missed: period-4" in line for line in basin_lines(whole))

@@ -21,7 +21,6 @@ from bouncing_disk_ros.workbench.actions import (
     Move,
     Names,
     Perform,
-    Sequel,
     Set,
     StopJuggling,
     lines,
@@ -120,10 +119,10 @@ def test_juggling_is_the_node_with_its_options() -> None:
     assert shlex.split(line, comments=True) == [], "a remark: a shell does nothing"
 
 
-def test_sequels_and_the_rest() -> None:
-    found = lines(Sequel((Lifecycle("cleanup"), Perform("first_toss_to_period_1"))), NAMES)
-    assert found[0] == "ros2 lifecycle set /left/bouncing_disk cleanup"
-    assert found[1].split()[:4] == ["ros2", "run", "bouncing_disk_ros", "perform"]
+def test_transitions_and_programmes() -> None:
+    assert lines(Lifecycle("cleanup"), NAMES) == ["ros2 lifecycle set /left/bouncing_disk cleanup"]
+    (line,) = lines(Perform("first_toss_to_period_1"), NAMES)
+    assert line.split()[:4] == ["ros2", "run", "bouncing_disk_ros", "perform"]
     assert "perform" in EXECUTABLES
-    assert found[1].endswith("--ros-args -r __ns:=/left")
+    assert line.endswith("--ros-args -r __ns:=/left")
     assert lines(Perform("x"), Names()) == ["ros2 run bouncing_disk_ros perform x"]

@@ -14,6 +14,7 @@ from bokeh.models import Div
 
 from bouncing_disk_ros.colours import attractor_colors
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.run.simulate import simulate
 from bouncing_disk_ros.workbench import basin_pane
@@ -86,8 +87,9 @@ def shown(opened: Opened) -> np.ndarray:
 
 
 def test_the_whole_map_is_shown_with_its_colours_and_shares(opened: Opened) -> None:
-    forcing = opened.pane._section.axial_forcing  # type: ignore[union-attr]
-    expected = view(forcing, 0.5, whole_window(), FULL)
+    section = opened.pane._section
+    assert section is not None
+    expected = view(section, whole_window(), FULL)
     assert expected is not None
     np.testing.assert_array_equal(shown(opened), expected.labels)
     mapper = opened.pane._map._mapper
@@ -211,17 +213,17 @@ def test_other_parameters_make_another_map_and_forget_the_orbit(opened: Opened) 
 
 def test_a_view_of_old_parameters_is_not_shown(opened: Opened) -> None:
     """A slow view arrives when its parameters are no longer in force."""
-    section, late = opened.pane._section, view(0.6, 0.5, whole_window(), 16)
-    assert section is not None
+    other = NextCollisionMap(0.6, 0.5)
+    late = view(other, whole_window(), 16)
     assert late is not None
-    opened.pane._show(section._replace(axial_forcing=0.6), late, 1.0)
+    opened.pane._show(other, late, 1.0)
     assert len(shown(opened)) == FULL
 
 
 def test_a_coarse_view_does_not_take_the_place_of_a_fine_one(opened: Opened) -> None:
     section = opened.pane._section
     assert section is not None
-    coarse = view(section.axial_forcing, 0.5, whole_window(), 24)
+    coarse = view(section, whole_window(), 24)
     assert coarse is not None
     opened.pane._show(section, coarse, 0.01)
     assert len(shown(opened)) == FULL

@@ -18,7 +18,6 @@ from bouncing_disk_ros.workbench.actions import (
     Lifecycle,
     Move,
     Perform,
-    Sequel,
     Set,
     StopJuggling,
 )
@@ -60,7 +59,7 @@ def test_it_runs_and_takes_every_action(link: LocalLink) -> None:
     with history.lock:
         assert len(history.points) == history.impacts_seen
     wait(lambda: len(history.speeds) > 2)
-    link.send(Sequel((Call("pause", True), Impulse(0.0, 0.05))))
+    link.send(Call("pause", True), Impulse(0.0, 0.05))
     wait(lambda: history.phase == "paused")
     session = link._run.session if link._run else None
     assert session is not None
@@ -78,7 +77,7 @@ def test_it_runs_and_takes_every_action(link: LocalLink) -> None:
 def test_a_long_step_is_ended_by_a_pause(link: LocalLink) -> None:
     """It goes on between other actions, as in the node; it kept the page until its end."""
     history = link.history
-    link.send(Sequel((Call("pause", True), Set({"step_periods": 1_000_000}), Call("step"))))
+    link.send(Call("pause", True), Set({"step_periods": 1_000_000}), Call("step"))
     wait(lambda: any("under way" in notice.text for notice in history.notices_after(0)))
     link.send(Call("pause", True))
     wait(lambda: history.notices_after(0)[-1].text.startswith("pause: paused"))
@@ -107,7 +106,7 @@ def test_it_juggles_until_it_is_stopped_or_another_run_begins(
     link.send(Set({"real_time_factor": 20.0}))
     link.send(juggle)
     wait(lambda: history.juggling.startswith("deadbeat: captured"))
-    link.send(Sequel((Call("pause", True), Impulse(0.3))))
+    link.send(Call("pause", True), Impulse(0.3))
     for _ in range(10):  # one by one: in real time it may be captured again before anyone looks
         step(link)
         if history.juggling.startswith("deadbeat: lost: "):
@@ -127,7 +126,7 @@ def test_it_juggles_until_it_is_stopped_or_another_run_begins(
     wait(lambda: history.juggling == "")
     link.send(juggle)
     wait(lambda: history.juggling)
-    link.send(Sequel(tuple(map(Lifecycle, ("deactivate", "cleanup", "configure", "activate")))))
+    link.send(*map(Lifecycle, ("deactivate", "cleanup", "configure", "activate")))
     wait(lambda: history.juggling == "")
     link.send(Juggle("mirror", juggle.options))
     wait(lambda: "strategy: got 'mirror'" in history.notices_after(0)[-1].text)
@@ -137,7 +136,7 @@ def test_it_juggles_until_it_is_stopped_or_another_run_begins(
 def test_a_scene_is_a_run_from_time_0(link: LocalLink) -> None:
     wait(lambda: link.history.latest > 0.05)
     epoch = link.history.epoch
-    link.send(SCENES["first_toss"].actions(link.history.own_values()))
+    link.send(*SCENES["first_toss"].actions(link.history.own_values()))
     wait(lambda: link.history.epoch > epoch)
     wait(lambda: link.history.latest > 0.0)
     with link.history.lock:

@@ -30,20 +30,20 @@ def test_a_scene_is_two_sentences_and_a_number_to_find(name: str) -> None:
 def test_a_scene_is_a_run_of_its_own(name: str) -> None:
     """Nothing of the run before is left: the node is cleaned up, set and configured again."""
     scene = SCENES[name]
-    actions = scene.actions(parameters.DEFAULTS).actions
+    actions = scene.actions(parameters.DEFAULTS)
     begin, end = actions[:2], actions[3:5]
-    assert begin == (Lifecycle("deactivate"), Lifecycle("cleanup"))
-    assert end == (Lifecycle("configure"), Lifecycle("activate"))
+    assert begin == [Lifecycle("deactivate"), Lifecycle("cleanup")]
+    assert end == [Lifecycle("configure"), Lifecycle("activate")]
     settings = actions[2]
     assert isinstance(settings, Set)
     assert {**parameters.DEFAULTS, **settings.values}.items() >= scene.parameters.items()
     # after a motor with fades of 2 s the disk, motion and fades are the scene's all the same
     motor = {**parameters.complete(load_preset("swum")), "crossfade_duration": 2.0}
-    (again,) = (one for one in scene.actions(motor).actions if isinstance(one, Set))
+    (again,) = (one for one in scene.actions(motor) if isinstance(one, Set))
     left = {**motor, **again.values}
     assert left.items() >= scene.parameters.items()
     assert left["crossfade_duration"] == 0.0
-    shown = lines(scene.actions(parameters.DEFAULTS), Names())
+    shown = [line for one in actions for line in lines(one, Names())]
     assert shown[0] == "ros2 lifecycle set /bouncing_disk deactivate"
     assert len(shown) == len(settings.values) + len(actions) - 1
 

@@ -7,11 +7,17 @@ import math
 import numpy as np
 import pytest
 
-from bouncing_disk_ros.maps.attractors import AttractorKind
+from bouncing_disk_ros.maps.absorbing_region import absorbing_regions
+from bouncing_disk_ros.maps.attractor_search import window_attractors
+from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors
 from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
-from bouncing_disk_ros.workbench.absorbing_region import absorbing_regions
-from bouncing_disk_ros.workbench.basin_pane import found_attractors
+
+
+def found_attractors(axial_forcing: float) -> Attractors:
+    centres = (np.arange(24) + 0.5) / 24
+    section = NextCollisionMap(axial_forcing, 0.5)
+    return window_attractors(section, math.tau * centres, -5.0 * (1.0 - centres))
 
 
 def drawn(region_of: object, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -24,7 +30,7 @@ def drawn(region_of: object, count: int) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("axial_forcing", [0.5526])
 def test_impacts_stay_in_it(axial_forcing: float) -> None:
     section = NextCollisionMap(axial_forcing, 0.5)
-    attractors = found_attractors(axial_forcing, 0.5)
+    attractors = found_attractors(axial_forcing)
     ((label, region),) = absorbing_regions(section, attractors).items()
     assert attractors.found[label].kind is AttractorKind.CHAOTIC
     tau, w = drawn(region, 200_000)
@@ -38,7 +44,7 @@ def test_impacts_stay_in_it(axial_forcing: float) -> None:
 
 
 def test_it_holds_its_attractor_and_no_other_one() -> None:
-    attractors = found_attractors(0.55, 0.5)
+    attractors = found_attractors(0.55)
     ((label, region),) = absorbing_regions(NextCollisionMap(0.55, 0.5), attractors).items()
     for place, one in enumerate(attractors.found):
         held = region.hold(one.forcing_phases, one.velocities)
@@ -46,7 +52,7 @@ def test_it_holds_its_attractor_and_no_other_one() -> None:
 
 
 def test_what_is_not_known_is_not_in_it() -> None:
-    attractors = found_attractors(0.55, 0.5)
+    attractors = found_attractors(0.55)
     ((_, region),) = absorbing_regions(NextCollisionMap(0.55, 0.5), attractors).items()
     states = np.array([[math.nan, -1.0], [1.0, math.nan], [1.0, -1e6]]).T
     assert not region.hold(*states).any()
@@ -61,5 +67,5 @@ def test_what_is_not_known_is_not_in_it() -> None:
     ],
 )
 def test_where_there_is_none(axial_forcing: float) -> None:
-    attractors = found_attractors(axial_forcing, 0.5)
+    attractors = found_attractors(axial_forcing)
     assert absorbing_regions(NextCollisionMap(axial_forcing, 0.5), attractors) == {}

@@ -1,4 +1,4 @@
-"""A region about a chaotic attractor that no impact leaves: who is in it is known at once.
+"""A region about a chaotic attractor that no impact leaves: labels of starts by such regions.
 
 The cells of a grid that the attractor visits, with the cells that their images reach, and so on
 until nothing is added (M. Dellnitz, A. Hohmann, "A subdivision algorithm for the computation of
@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
-from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
+from bouncing_disk_ros.maps.basin_labels import UNRESOLVED, LabelRule, Labels, label_starts
+from bouncing_disk_ros.maps.lanes.axial_lanes import iterated
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 
 GRIDS = 1024, 2048
@@ -25,6 +26,8 @@ POINTS = 5
 _APART = 3
 _FASTER = 1.5
 """The grid goes to so many times the fastest impact of the attractor."""
+EARLY = 64, 256
+"""Impacts after which `labels_by_regions` looks who is in a region."""
 _LARGEST = 0.1
 """Part of the grid that a region may have: else it is no region about the attractor alone."""
 
@@ -48,14 +51,43 @@ class AbsorbingRegion:
         return within & self._cells[np.minimum(rows, len(self._cells) - 1), columns]
 
 
-def absorbing_regions(
-    section: NextCollisionMap, attractors: Attractors
-) -> dict[int, AbsorbingRegion]:
+Regions = dict[int, AbsorbingRegion]
+"""Label of a chaotic attractor -> its region."""
+
+
+def labels_by_regions(
+    attractors: Attractors, section: NextCollisionMap, tau: Floats, w: Floats, rule: LabelRule,
+    regions: Regions,
+) -> Labels:  # fmt: skip
+    """Labels (n,) that `label_starts` gives, sooner: a start in a region is followed no further.
+
+    Each start is followed from its beginning, as there: in pieces it would have other roundings,
+    and where it comes near to contact it might end elsewhere.
+    """
+    labels = np.full(len(tau), UNRESOLVED, np.int32)
+    # chaotic attractors are the last: without them all other labels are the same
+    others = tuple(one for one in attractors.found if one.kind is not AttractorKind.CHAOTIC)
+    quiet = attractors._replace(found=others)
+    left = np.arange(len(tau))
+    for impacts in EARLY if regions else ():
+        early = label_starts(quiet, section, tau[left], w[left], rule._replace(cap=impacts))
+        labels[left] = early.label
+        left = left[early.label == UNRESOLVED]
+        platform = section.axial_forcing, section.restitution
+        after = iterated(tau[left], w[left], platform, impacts)
+        for label, region in regions.items():
+            labels[left[region.hold(*after[:2])]] = label
+        left = left[labels[left] == UNRESOLVED]
+    labels[left] = label_starts(attractors, section, tau[left], w[left], rule).label
+    return labels
+
+
+def absorbing_regions(section: NextCollisionMap, attractors: Attractors) -> Regions:
     """Regions about the chaotic attractors by their labels, those that have one.
 
     None comes to contact from them, and none holds a point of another attractor.
     """
-    found: dict[int, AbsorbingRegion] = {}
+    found: Regions = {}
     for label, one in enumerate(attractors.found):
         region = None
         for cells in GRIDS:
@@ -95,9 +127,7 @@ def _image(
     down, across = np.meshgrid(offsets, offsets, indexing="ij")
     w = (-(places[:, :1, None] + down) * side).ravel()
     tau = ((places[:, 1:, None] + across) * side).ravel()
-    counts = np.zeros((len(tau), 2), np.int64)
-    platform = (np.full_like(tau, section.axial_forcing), np.full_like(tau, section.restitution))
-    iterate_axial(tau, w, *platform, 1, counts)
+    tau, w, counts = iterated(tau, w, (section.axial_forcing, section.restitution), 1)
     if counts.any():
         return None  # contact
     rows, columns = _places(tau, w, side, shape[1])
