@@ -27,7 +27,6 @@ from bouncing_disk_ros.bag.records import (
     INDEX_HEAD,
     PART,
     ChunkHead,
-    Content,
     chunk,
     definition,
     places,
@@ -124,14 +123,11 @@ def _lz4(stored: memoryview, size: int) -> bytes:
 
 
 class Inner:
-    """The records of a chunk, or messages that stand in a file in a row; BagError when damaged.
-
-    `definitions` are opcode, place and whole length of message types and channels among them.
-    """
+    """The records of a chunk, or messages that stand in a file in a row; BagError when damaged."""
 
     def __init__(self, data: bytes) -> None:
         self.data = data
-        self.definitions: list[tuple[int, int, int]] = []
+        self._definitions: list[tuple[int, int, int]] = []
         begins, lengths = array("I"), array("I")
         others = 0
         for row in places(data):
@@ -140,8 +136,8 @@ class Inner:
                 begins.append(position)
                 lengths.append(whole)
             elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-                self.definitions.append(row)
-                if len(self.definitions) > limits.DEFINED:
+                self._definitions.append(row)
+                if len(self._definitions) > limits.DEFINED:
                     raise BagError(f"damaged: more than {limits.DEFINED} definitions")
             elif opcode < 0x80 or (others := others + 1) > limits.RECORDS:
                 raise BagError(f"damaged: a record of kind {opcode} is not allowed in a chunk")
@@ -230,41 +226,7 @@ class Inner:
             ):
                 yield Stored(channel, log_time, publish_time, sequence, data[begin:end])
 
-
-# --- definitions ----------------------------------------------------------------------------------
-class Definitions:
-    """Message types and channels by number; those of chunks have a checksum and prevail."""
-
-    def __init__(self) -> None:
-        self.schemas: dict[int, Schema] = {}
-        self.channels: dict[int, Channel] = {}
-        self._sure: dict[tuple[int, int], Schema | Channel] = {}
-
-    def take(self, opcode: int, content: Content) -> None:
-        """Take one that stands outside of chunks; BagError when damaged."""
-        row = definition(opcode, content)
-        if (opcode, row.id) not in self._sure:
-            self._keep(row)
-
-    def take_inner(self, inner: Inner) -> None:
-        """Take those in a chunk; BagError when damaged, or unlike others in it or another chunk."""
-        found: dict[tuple[int, int], Schema | Channel] = {}
-        for opcode, row in inner_definitions(inner):
-            key = opcode, row.id
-            if self._sure.get(key, row) != row or found.setdefault(key, row) != row:
-                raise BagError(f"its definition of number {row.id} differs from an earlier one")
-        self._sure.update(found)
-        for row in found.values():
-            self._keep(row)
-
-    def _keep(self, row: Schema | Channel) -> None:
-        if isinstance(row, Schema):
-            self.schemas[row.id] = row
-        else:
-            self.channels[row.id] = row
-
-
-def inner_definitions(inner: Inner) -> Iterator[tuple[int, Schema | Channel]]:
-    """The definitions in a chunk, with their opcode; BagError when damaged."""
-    for opcode, position, whole in inner.definitions:
-        yield opcode, definition(opcode, inner.data[position + HEAD.size : position + whole])
+    def definitions(self) -> Iterator[Schema | Channel]:
+        """The message types and channels among the records; BagError when damaged."""
+        for opcode, position, whole in self._definitions:
+            yield definition(opcode, self.data[position + HEAD.size : position + whole])

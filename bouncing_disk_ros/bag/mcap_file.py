@@ -1,6 +1,6 @@
-"""One .mcap file that is being written: its chunks, its index, its end, and the `Options`.
+"""One .mcap file that is being written: its chunks, its end, and the `Options`.
 
-The mcap library makes the bytes. It keeps an index too, but only in its writer. With this one a
+The mcap library makes the bytes. It keeps an index too, but only in its writer. With the `Index` a
 file can be closed in order after a failed write, and recovery can index the records that it copies.
 """
 
@@ -9,44 +9,22 @@ from __future__ import annotations
 import errno
 import math
 import os
-import struct
 import time
-import zlib
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from mcap.data_stream import RecordBuilder
-from mcap.opcode import Opcode
-from mcap.records import (
-    AttachmentIndex,
-    Channel,
-    ChunkIndex,
-    DataEnd,
-    Footer,
-    McapRecord,
-    Metadata,
-    MetadataIndex,
-    Schema,
-    Statistics,
-    SummaryOffset,
-)
+from mcap.records import Channel, Schema
 from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 
-from bouncing_disk_ros.bag import records
+from bouncing_disk_ros.bag.index import Index
 from bouncing_disk_ros.bag.metadata import FileRow, TopicRow, qos_text
-from bouncing_disk_ros.bag.records import (
-    ATTACHMENT_HEAD,
-    HEAD,
-    INDEX_HEAD,
-    MAGIC,
-    MARK,
-    RegularFile,
-    without_repeats,
-)
+from bouncing_disk_ros.bag.records import MAGIC, MARK, RegularFile, without_repeats
 from bouncing_disk_ros.bag.schema import ENCODING, schema_of
+from bouncing_disk_ros.bag.walk import Piece
 from bouncing_disk_ros.errors import InputError
 
 
@@ -66,13 +44,12 @@ class RecordStream:
             self.index.add(data, self.position)
         self.position += len(data)
 
-    def copy_attachment(self, file: RegularFile, offset: int, length: int) -> None:
+    def copy_attachment(self, file: RegularFile, piece: Piece) -> None:
         """Copy an attachment record of another file, however long it is."""
-        for part in file.parts(offset, length):
+        for part in file.parts(piece.offset, piece.length):
             self.write_ending(part)
-        beginning = file.read(offset + HEAD.size, min(length - HEAD.size, ATTACHMENT_HEAD))
-        self.index.add_attachment(beginning, self.position, length)
-        self.position += length
+        self.index.add_attachment(piece.record, self.position, piece.length)
+        self.position += piece.length
 
     def write_ending(self, data: bytes) -> None:
         """Write bytes that do not belong to the data section."""
@@ -92,158 +69,6 @@ class RecordStream:
 
     def flush(self) -> None:
         """Nothing is held back."""
-
-
-# --- the index ------------------------------------------------------------------------------------
-class Index:
-    """The index of one .mcap file; `end` is where the next record of the data section goes."""
-
-    def __init__(self) -> None:
-        self.schemas: dict[int, Schema] = {}
-        self.channels: dict[int, Channel] = {}
-        self.chunks: list[ChunkIndex] = []
-        self.counts: list[Counter[int]] = []
-        self.attachments: list[AttachmentIndex] = []
-        self.metadata: list[MetadataIndex] = []
-        self.end = len(MAGIC)
-
-    # --- building ---------------------------------------------------------------------------------
-    def add(self, data: bytes | memoryview, offset: int) -> None:
-        """Take note of whole records at `offset` of the file."""
-        view, position = memoryview(data), 0
-        while position < len(view):
-            opcode, length = HEAD.unpack_from(view, position)
-            content = view[position + HEAD.size : position + HEAD.size + length]
-            taker = self._handlers.get(opcode)
-            if taker is not None:
-                taker(self, content, offset + position)
-            position += HEAD.size + length
-        self.end = offset + len(view)
-
-    def _chunk(self, content: memoryview, offset: int) -> None:
-        head = records.chunk(content, len(content))
-        self.chunks.append(
-            ChunkIndex(
-                chunk_start_offset=offset,
-                chunk_length=HEAD.size + len(content),
-                message_start_time=head.start_ns,
-                message_end_time=head.end_ns,
-                message_index_offsets={},
-                message_index_length=0,
-                compression=head.compression,
-                compressed_size=len(content) - head.records_at,
-                uncompressed_size=head.size,
-            )
-        )
-        self.counts.append(Counter())
-
-    def _message_index(self, content: memoryview, offset: int) -> None:
-        channel, length = INDEX_HEAD.unpack_from(content)
-        chunk = self.chunks[-1]
-        chunk.message_index_offsets[channel] = offset
-        chunk.message_index_length += HEAD.size + len(content)
-        self.counts[-1][channel] += length // 16
-
-    def _attachment(self, content: memoryview, offset: int) -> None:
-        self.add_attachment(content, offset, HEAD.size + len(content))
-
-    def add_attachment(self, beginning: records.Content, offset: int, length: int) -> None:
-        """Take note of an attachment, of which the beginning of the content is given."""
-        row = records.attachment(beginning, length - HEAD.size)
-        self.attachments.append(
-            AttachmentIndex(offset, length, row.log_time, row.create_time, row.data_length,
-                            row.name, row.media_type)
-        )  # fmt: skip
-        self.end = offset + length
-
-    def _metadata(self, content: memoryview, offset: int) -> None:
-        name = records.read(Metadata, content).name
-        self.metadata.append(MetadataIndex(offset, HEAD.size + len(content), name))
-
-    _handlers: Mapping[int, Callable[[Index, memoryview, int], None]] = {
-        Opcode.CHUNK: _chunk,
-        Opcode.MESSAGE_INDEX: _message_index,
-        Opcode.ATTACHMENT: _attachment,
-        Opcode.METADATA: _metadata,
-    }
-
-    def drop_last_chunk(self) -> None:
-        """Forget the newest chunk and all that is after it."""
-        chunk = self.chunks.pop()
-        self.counts.pop()
-        self.end = chunk.chunk_start_offset
-        self.attachments = [row for row in self.attachments if row.offset < self.end]
-        self.metadata = [row for row in self.metadata if row.offset < self.end]
-
-    # --- reading ----------------------------------------------------------------------------------
-    @property
-    def channel_counts(self) -> Counter[int]:
-        """Messages of each channel in the chunks."""
-        return sum(self.counts, Counter())
-
-    @property
-    def span(self) -> tuple[int, int]:
-        """First and last time of reception in ns; 0 and 0 without messages."""
-        rows = self.chunks
-        first = min((row.message_start_time for row in rows), default=0)
-        return first, max((row.message_end_time for row in rows), default=0)
-
-    def ending(self, notes: Mapping[str, Mapping[str, str]]) -> bytes:
-        """Notes, the end of the data section, summary and footer; the index stays as it is."""
-        builder, places = RecordBuilder(), list(self.metadata)
-        for name, values in notes.items():
-            at = self.end + builder.count
-            Metadata(name, dict(values)).write(builder)
-            places.append(MetadataIndex(at, self.end + builder.count - at, name))
-        DataEnd(0).write(builder)
-        head = builder.end()
-        start = self.end + len(head)
-        groups = RecordBuilder()
-        offsets = [
-            self._group(groups, opcode, rows, start) for opcode, rows in self._groups(places)
-        ]
-        offsets_at = start + groups.count
-        for row in offsets:
-            if row is not None:
-                row.write(groups)
-        summary = groups.end()
-        tail = struct.pack("<BQQQ", Opcode.FOOTER, 20, start, offsets_at)
-        Footer(start, offsets_at, zlib.crc32(tail, zlib.crc32(summary))).write(builder)
-        return bytes(head + summary + builder.end() + MAGIC)
-
-    def _groups(self, metadata: list[MetadataIndex]) -> list[tuple[Opcode, list[McapRecord]]]:
-        return [
-            (Opcode.SCHEMA, list(self.schemas.values())),
-            (Opcode.CHANNEL, list(self.channels.values())),
-            (Opcode.STATISTICS, [self._statistics(len(metadata))]),
-            (Opcode.CHUNK_INDEX, list(self.chunks)),
-            (Opcode.ATTACHMENT_INDEX, list(self.attachments)),
-            (Opcode.METADATA_INDEX, list(metadata)),
-        ]
-
-    @staticmethod
-    def _group(
-        builder: RecordBuilder, opcode: Opcode, rows: list[McapRecord], start: int
-    ) -> SummaryOffset | None:
-        first = builder.count
-        for row in rows:
-            row.write(builder)
-        length = builder.count - first
-        return SummaryOffset(opcode, start + first, length) if rows else None
-
-    def _statistics(self, metadata: int) -> Statistics:
-        counts, (first, last) = self.channel_counts, self.span
-        return Statistics(
-            attachment_count=len(self.attachments),
-            channel_count=len(self.channels),
-            channel_message_counts=dict(counts),
-            chunk_count=len(self.chunks),
-            message_count=counts.total(),
-            message_end_time=last,
-            message_start_time=first,
-            metadata_count=metadata,
-            schema_count=len(self.schemas),
-        )
 
 
 # --- the file -------------------------------------------------------------------------------------
@@ -281,8 +106,7 @@ class McapFile:
         compression = COMPRESSIONS[options.compression]
         self._writer = McapWriter(self._stream, options.chunk_size, compression)  # type: ignore[arg-type, unused-ignore]
         self._writer.start(PROFILE, library)
-        self._schemas: dict[str, Schema] = {}
-        self._channels: dict[int, Channel] = {}
+        self._index = self._stream.index
         self.start_ns: int | None = None
         self._size = 0  # of the whole file, once it is closed
         self._period = options.chunk_period
@@ -297,26 +121,27 @@ class McapFile:
             texts[MARK] = "latched"
         else:
             texts["offered_qos_profiles"] = qos_text(topic.qos)
-        number = self._writer.register_channel(topic.name, "cdr", schema.id, texts)
-        self._channels[number] = Channel(number, topic.name, "cdr", texts, schema.id)
-        self._define(self._channels[number])
+        number = self._writer.register_channel(topic.name, "cdr", schema, texts)
+        self._define(Channel(number, topic.name, "cdr", texts, schema))
         return number
 
-    def _schema(self, kind: str) -> Schema:
-        if kind not in self._schemas:
-            text = schema_of(kind).text.encode()
-            number = self._writer.register_schema(kind, ENCODING, text)
-            self._schemas[kind] = Schema(number, text, ENCODING, kind)
-            self._define(self._schemas[kind])
-        return self._schemas[kind]
+    def _schema(self, kind: str) -> int:
+        known = {row.name: number for number, row in self._index.schemas.items()}
+        if kind in known:
+            return known[kind]
+        text = schema_of(kind).text.encode()
+        number = self._writer.register_schema(kind, ENCODING, text)
+        self._define(Schema(number, text, ENCODING, kind))
+        return number
 
-    def _define(self, record: McapRecord) -> None:
+    def _define(self, row: Schema | Channel) -> None:
         """Write a definition at once, beside the copy that mcap puts into the next chunk.
 
         So a topic without messages is known after a crash, and a damaged chunk hides no topic.
         """
+        self._index.define(row)
         builder = RecordBuilder()
-        record.write(builder)
+        row.write(builder)
         self._stream.write(builder.end())
 
     def write(
@@ -367,7 +192,7 @@ class McapFile:
     @property
     def chunks(self) -> int:
         """Chunks in the file."""
-        return len(self._stream.index.chunks)
+        return len(self._index.chunks)
 
     @property
     def size(self) -> int:
@@ -375,21 +200,13 @@ class McapFile:
         return self._size or self._stream.position
 
     @property
-    def counts(self) -> dict[str, int]:
-        """Messages of each topic in the file, without repeats of earlier ones."""
-        counts, own = self._stream.index.channel_counts, without_repeats(self._channels)
-        return {channel.topic: counts[number] for number, channel in own.items()}
-
-    @property
-    def filled(self) -> tuple[FileRow, dict[str, int]]:
-        """The file as metadata.yaml names it, and `counts`."""
-        counts = self.counts
-        row = FileRow(self.path.name, *self._stream.index.span, sum(counts.values()))
-        return row, counts
+    def filled(self) -> tuple[FileRow, Counter[str]]:
+        """The file as metadata.yaml names it, and its messages of each topic, without repeats."""
+        return self._index.file_row(self.path.name, without_repeats(self._index.channels))
 
     def finish(self, notes: Mapping[str, Mapping[str, str]]) -> None:
         """Write notes, index and footer. `close` it after that."""
-        self._stream.write_ending(self._ending(notes))
+        self._stream.write_ending(self._index.ending(notes))
 
     def abandon(self, notes: Mapping[str, Mapping[str, str]]) -> None:
         """After a failed write: keep what is whole, give up chunks until the index has room.
@@ -397,13 +214,13 @@ class McapFile:
         Raises OSError when that cannot be: the file cannot be cut, or the index needs more room
         than half of the chunks. It is then unfinished, holds all whole chunks, and can be read.
         """
-        index = self._stream.index
+        index = self._index
         if index.chunks and not index.chunks[-1].message_index_offsets:
             index.drop_last_chunk()
         room = index.end - index.chunks[0].chunk_start_offset if index.chunks else 0
         while True:
             self._stream.cut(index.end)
-            ending = self._ending(notes)
+            ending = index.ending(notes)
             try:
                 self._stream.write_ending(ending)
                 return
@@ -423,15 +240,9 @@ class McapFile:
                 also()
                 return
             except OSError:
-                if not self._stream.index.chunks:
+                if not self._index.chunks:
                     raise
-                self._stream.index.drop_last_chunk()
-
-    def _ending(self, notes: Mapping[str, Mapping[str, str]]) -> bytes:
-        index = self._stream.index
-        index.schemas = {schema.id: schema for schema in self._schemas.values()}
-        index.channels = dict(self._channels)
-        return index.ending(notes)
+                self._index.drop_last_chunk()
 
     def close(self) -> None:
         """Close the file as it is."""

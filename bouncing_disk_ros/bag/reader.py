@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from mcap.records import Channel, Schema
+from mcap.records import Channel, ChunkIndex, Schema
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import limits
@@ -32,7 +32,7 @@ from bouncing_disk_ros.bag.metadata import (
 )
 from bouncing_disk_ros.bag.records import Watch, nothing, without_repeats
 from bouncing_disk_ros.bag.rows import CLOUD, CloudRows, gather
-from bouncing_disk_ros.bag.source import Block, Source
+from bouncing_disk_ros.bag.source import Source
 from bouncing_disk_ros.errors import BagError, InputError, closest
 from bouncing_disk_ros.impact_layout import IMPACT_LAYOUT
 from bouncing_disk_ros.units import NS
@@ -84,14 +84,15 @@ def topics_of(sources: Iterable[Source]) -> dict[str, Topic]:
     topics: dict[str, Topic] = {}
     left = limits.QOS_ALL
     for source in sources:
+        schemas, counts = source.index.schemas, source.index.counts
         forms: dict[tuple[int, str], Form] = {}  # each definition is looked at once
         for number, channel in source.channels.items():
             key = channel.schema_id, channel.message_encoding
             if key not in forms:
-                forms[key] = _form(channel, source.schemas.get(channel.schema_id))
+                forms[key] = _form(channel, schemas.get(channel.schema_id))
             topic = topics.setdefault(channel.topic, Topic(channel.topic, forms[key]))
             topic.check(forms[key])
-            topic.count += source.counts[number]
+            topic.count += counts[number]
             text = channel.metadata.get("offered_qos_profiles", "")
             if not topic.qos and len(text) <= left:
                 left -= len(text)
@@ -117,7 +118,7 @@ def _form(channel: Channel, schema: Schema | None) -> Form:
 
 # --- messages in order ----------------------------------------------------------------------------
 class Part(NamedTuple):
-    """A block to be opened when its time has come."""
+    """A chunk to be opened when its time has come."""
 
     start_ns: int  # no message in it is earlier
     size: int  # bytes in memory once it is open
@@ -214,12 +215,12 @@ class Bag:
     @property
     def start_ns(self) -> int:
         """Time of the first reception; 0 without messages."""
-        return min((block.start_ns for _, block in self._blocks()), default=0)
+        return min((chunk.message_start_time for _, chunk in self._chunks()), default=0)
 
     @property
     def end_ns(self) -> int:
         """Time of the last reception; 0 without messages."""
-        return max((block.end_ns for _, block in self._blocks()), default=0)
+        return max((chunk.message_end_time for _, chunk in self._chunks()), default=0)
 
     @property
     def attachments(self) -> dict[str, bytes]:
@@ -247,12 +248,12 @@ class Bag:
     ) -> Iterator[Message]:
         """Messages in the order of reception; memory holds only chunks that overlap in time."""
         names = self._names(topics)
-        rows = sorted(self._blocks(start_ns, end_ns), key=lambda row: row[1].start_ns)
+        rows = sorted(self._chunks(start_ns, end_ns), key=lambda row: row[1].message_start_time)
 
-        def part(source: Source, block: Block) -> Part:
+        def part(source: Source, chunk: ChunkIndex) -> Part:
             return Part(
-                block.start_ns, block.size,
-                lambda: self._block(source, block, names, start_ns, end_ns, sort=True),
+                chunk.message_start_time, chunk.uncompressed_size,
+                lambda: self._chunk(source, chunk, names, start_ns, end_ns, sort=True),
             )  # fmt: skip
 
         return in_order(part(*row) for row in rows)
@@ -339,21 +340,21 @@ class Bag:
         return np.zeros(0, np.dtype(dict(IMPACT_LAYOUT)) if is_ours else np.dtype([]))  # type: ignore[call-overload, no-any-return, unused-ignore]
 
     # --- inside -----------------------------------------------------------------------------------
-    def _blocks(
+    def _chunks(
         self, start_ns: int | None = None, end_ns: int | None = None
-    ) -> Iterator[tuple[Source, Block]]:
+    ) -> Iterator[tuple[Source, ChunkIndex]]:
         for source in self._sources:
-            for block in source.blocks:
-                early = start_ns is not None and block.end_ns < start_ns
-                if not early and not (end_ns is not None and block.start_ns >= end_ns):
-                    yield source, block
+            for chunk in source.index.chunks:
+                early = start_ns is not None and chunk.message_end_time < start_ns
+                if not early and not (end_ns is not None and chunk.message_start_time >= end_ns):
+                    yield source, chunk
 
-    def _block(
-        self, source: Source, block: Block, names: set[str], start: int | None, end: int | None,
-        *, sort: bool = False,
+    def _chunk(
+        self, source: Source, chunk: ChunkIndex, names: set[str], start: int | None,
+        end: int | None, *, sort: bool = False,
     ) -> Iterator[Message]:  # fmt: skip
         topics = {n: c.topic for n, c in source.channels.items() if c.topic in names}
-        inner = source.read(block)
+        inner = source.read(chunk)
         low = max(0, start or 0)
         high = min(limits.TIME_NS + 1, limits.TIME_NS + 1 if end is None else max(0, end))
         for row in inner.messages(inner.chosen(topics, low, high, sort)):
@@ -362,8 +363,8 @@ class Bag:
             )
 
     def _stored(self, topic: str, start: int | None, end: int | None) -> Iterator[Message]:
-        for source, block in self._blocks(start, end):
-            yield from self._block(source, block, {topic}, start, end)
+        for source, chunk in self._chunks(start, end):
+            yield from self._chunk(source, chunk, {topic}, start, end)
 
     def _names(self, topics: Iterable[str] | str | None) -> set[str]:
         if topics is None:

@@ -1,7 +1,7 @@
 """Rebuild index and metadata.yaml of a cut or damaged bag in a new folder; the bag stays as it is.
 
 Whole chunks are copied, whatever they hold; nothing is decoded or compressed anew. Only the times
-at the head of a chunk, which have no checksum, are put right by its messages.
+at the head of a chunk, which have no checksum, are put right by its messages (see `walk`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from mcap.records import Metadata as MetadataRecord
 
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import metadata
-from bouncing_disk_ros.bag.chunk_reader import Definitions, Inner
+from bouncing_disk_ros.bag.chunk_reader import Inner
+from bouncing_disk_ros.bag.index import Index, index_of
 from bouncing_disk_ros.bag.mcap_file import RecordStream
 from bouncing_disk_ros.bag.metadata import (
     FORMAT_KEY,
@@ -37,15 +38,14 @@ from bouncing_disk_ros.bag.metadata import (
 from bouncing_disk_ros.bag.records import (
     HEAD,
     MAGIC,
-    TIMES,
     RegularFile,
     Watch,
+    definition,
     nothing,
     read,
     without_repeats,
 )  # fmt: skip
-from bouncing_disk_ros.bag.source import Source
-from bouncing_disk_ros.bag.walk import BLOCK, Damage, Piece, record_name
+from bouncing_disk_ros.bag.walk import BLOCK, Damage, Piece, Walk, record_name
 from bouncing_disk_ros.errors import BagError, InputError
 from bouncing_disk_ros.units import NS
 
@@ -169,8 +169,7 @@ def _metadata(files: list[_File], notes: dict[str, str]) -> Metadata:
     topics: dict[str, TopicRow] = {}
     for file in files:
         topics = file.topics | topics
-    rows = [(file.row, file.counts) for file in files]
-    return metadata.summed(rows, topics.values(), notes)
+    return metadata.summed([file.row for file in files], topics.values(), notes)
 
 
 class _File:
@@ -182,28 +181,38 @@ class _File:
         self.notes: dict[str, str] = {}
         self._is_first = is_first
         self._report, self._name = report, path.name
-        self._source = Source(path, watch)
         self._stream = RecordStream(target)
         self.index = self._stream.index
-        self._found = Definitions()
-        if self._source.indexed:  # its definitions have a checksum
-            self._found.schemas, self._found.channels = self._source.schemas, self._source.channels
+        self._known: Index | None = None  # the index that the file has
         self._plain = bytearray()
         self._lost: list[Damage] = []
-        self._left = dict(self._source.names)  # attachments and notes that have not come yet
+        self._left: dict[int, str] = {}  # attachments and notes that have not come yet
         self._stream.write(MAGIC)
         builder = RecordBuilder()
         Header("ros2", "bouncing_disk_ros bag_recover").write(builder)
         self._stream.write(builder.end())
-        for opened, piece in self._source.pieces():
-            if isinstance(piece, Damage):
-                self._lost.append(piece)
-            else:
-                self._take(opened, piece)
-        self._end_plain()
+        try:
+            with RegularFile(path) as file:
+                self._copy(file, watch)
+        except BaseException:
+            self._stream.file.close()
+            raise
         self._report_file()
 
     # --- copying ----------------------------------------------------------------------------------
+    def _copy(self, file: RegularFile, watch: Watch) -> None:
+        known = index_of(file)
+        if isinstance(known, Index):  # its definitions have a checksum
+            self._known = known
+            self.index.schemas, self.index.channels = dict(known.schemas), dict(known.channels)
+            self._left = known.names
+        for piece in Walk(file, watch).pieces():
+            if isinstance(piece, Damage):
+                self._lost.append(piece)
+            else:
+                self._take(file, piece)
+        self._end_plain()
+
     def _take(self, opened: RegularFile, piece: Piece) -> None:
         self._left.pop(piece.offset, None)
         match piece.opcode:
@@ -214,11 +223,11 @@ class _File:
                 if len(self._plain) + piece.length > BLOCK:
                     self._end_plain()
                 self._plain += piece.record
-            case Opcode.SCHEMA | Opcode.CHANNEL if not self._source.indexed:
-                self._found.take(piece.opcode, memoryview(piece.record)[HEAD.size :])
+            case Opcode.SCHEMA | Opcode.CHANNEL if self._known is None:
+                self.index.define(definition(piece.opcode, memoryview(piece.record)[HEAD.size :]))
                 self._stream.write(piece.record)
             case Opcode.ATTACHMENT:
-                self._stream.copy_attachment(opened, piece.offset, piece.length)
+                self._stream.copy_attachment(opened, piece)
             case Opcode.METADATA:
                 self._take_notes(piece)
 
@@ -239,8 +248,8 @@ class _File:
         inner = piece.inner
         assert inner is not None
         try:
-            self._found.take_inner(inner)
-            unknown = {c: n for c, n in inner.counts.items() if c not in self._found.channels}
+            self.index.define_all(inner)
+            unknown = {c: n for c, n in inner.counts.items() if c not in self.index.channels}
             reason = "the definition of its topics is lost" if unknown else ""
         except BagError as error:
             unknown, reason = dict(inner.counts), str(error)
@@ -248,7 +257,7 @@ class _File:
             self._lost.append(Damage(piece.offset, piece.length, reason, Counter(unknown)))
             return
         if len(inner.times):  # else it holds definitions only, which the new index has
-            self._stream.write(_with_times(piece.record, inner.span))
+            self._stream.write(piece.record)
             self._stream.write(inner.index_records())
 
     def _end_plain(self) -> None:
@@ -269,11 +278,11 @@ class _File:
     # --- telling ----------------------------------------------------------------------------------
     @property
     def _counted(self) -> dict[int, Channel]:
-        channels = self._found.channels
+        channels = self.index.channels
         return channels if self._is_first else without_repeats(channels)
 
     def _only_counted(self, counts: Counter[int]) -> Counter[int]:
-        repeats = self._found.channels.keys() - self._counted.keys()
+        repeats = self.index.channels.keys() - self._counted.keys()
         return Counter({number: n for number, n in counts.items() if number not in repeats})
 
     @property
@@ -282,7 +291,7 @@ class _File:
         rows: dict[str, TopicRow] = {}
         left = limits.QOS_ALL
         for channel in self._counted.values():
-            schema = self._found.schemas.get(channel.schema_id)
+            schema = self.index.schemas.get(channel.schema_id)
             text = channel.metadata.get("offered_qos_profiles", "")
             left -= len(text)
             qos = qos_from_text(text) if left > 0 else []
@@ -292,22 +301,14 @@ class _File:
         return rows
 
     @property
-    def counts(self) -> Counter[str]:
-        """Messages saved of each topic."""
-        counts = Counter[str]()
-        for number, count in self._only_counted(self.index.channel_counts).items():
-            counts[self._found.channels[number].topic] += count
-        return counts
-
-    @property
-    def row(self) -> FileRow:
-        """The file as metadata.yaml names it."""
-        return FileRow(self._stream.path.name, *self.index.span, self.counts.total())
+    def row(self) -> tuple[FileRow, Counter[str]]:
+        """The file as metadata.yaml names it, and the messages saved of each topic."""
+        return self.index.file_row(self._stream.path.name, self._counted)
 
     def _report_file(self) -> None:
-        report, saved = self._report, self._only_counted(self.index.channel_counts)
+        report, saved = self._report, self._only_counted(self.index.counts)
         report.saved += saved.total()
-        topics = {number: channel.topic for number, channel in self._found.channels.items()}
+        topics = {number: channel.topic for number, channel in self.index.channels.items()}
         for damage in self._lost:
             report.add(loss_text(self._name, damage, topics))
         lost = self._left | {one.offset: one.record for one in self._lost if one.record}
@@ -315,8 +316,8 @@ class _File:
         if self.notes:  # they stand in the file twice
             names.pop(record_name(Opcode.METADATA, NOTE), None)
         report.lost_records += names
-        if self._source.indexed:
-            report.lost += (self._only_counted(self._source.counts) - saved).total()
+        if self._known is not None:
+            report.lost += (self._only_counted(self._known.counts) - saved).total()
             return
         report.lost += sum(self._only_counted(damage.counts).total() for damage in self._lost)
         if any(d.length and d.holds_messages and not d.counts for d in self._lost):
@@ -324,16 +325,6 @@ class _File:
 
     def finish(self, notes: dict[str, str]) -> None:
         """Write notes, index and footer."""
-        self.index.schemas, self.index.channels = self._found.schemas, self._found.channels
         last = metadata.last_notes(notes, _metadata([self], {}))
         self._stream.write_ending(self.index.ending(last))
         self._stream.file.close()
-
-
-def _with_times(record: bytes, span: tuple[int, int]) -> bytes:
-    """A chunk record that names these times; no checksum covers those that it names itself."""
-    times = TIMES.pack(*span)
-    end = HEAD.size + TIMES.size
-    return (
-        record if record[HEAD.size : end] == times else record[: HEAD.size] + times + record[end:]
-    )

@@ -45,7 +45,8 @@ from bouncing_disk_ros.errors import BagError
 class Piece:
     """A whole record of `length` bytes at `offset`, or (MESSAGE) messages in a row.
 
-    `record` are its bytes, but of attachments, which may be long. `inner`: its messages.
+    `record` are its bytes; of an attachment, which may be long, the beginning of its content.
+    `inner`: its messages.
     """
 
     opcode: int
@@ -118,10 +119,9 @@ class ChunkSearch:
             beginning = self._file.read(position + HEAD.size, min(length, CHUNK_HEAD))
             cost += whole + chunk(beginning, length).size
             record = self._file.read(position, whole)
-            if record[0] != Opcode.CHUNK:
-                record = bytes([Opcode.CHUNK]) + record[1:]
             _, data = unpacked(memoryview(record)[HEAD.size :])
-            return Piece(Opcode.CHUNK, position, whole, record, Inner(data))
+            inner = Inner(data)
+            return Piece(Opcode.CHUNK, position, whole, _put_right(record, inner), inner)
         except BagError:
             self._left -= cost
             if self._left < 0:
@@ -142,6 +142,12 @@ class ChunkSearch:
                     self.read(start + place, HEAD.size + length)
                     return start + place
         return None
+
+
+def _put_right(record: bytes, inner: Inner) -> bytes:
+    """A chunk record with its opcode and the times of its messages, which no checksum covers."""
+    head = HEAD.pack(Opcode.CHUNK, len(record) - HEAD.size) + TIMES.pack(*inner.span)
+    return record if record.startswith(head) else head + record[len(head) :]
 
 
 def _candidates(window: bytes) -> list[int]:
@@ -218,7 +224,9 @@ class Walk:
         try:
             yield from self._pieces()
         except TooDamagedError as error:
-            raise BagError(f"too damaged: {error}") from None
+            raise BagError(f"{self._file.path}: too damaged: {error}") from None
+        except BagError as error:
+            raise BagError(f"{self._file.path}: {error}") from None
 
     def _pieces(self) -> Iterator[Piece | Damage]:
         size = self._file.size
@@ -325,8 +333,9 @@ class Walk:
         return Piece(opcode, position, len(record), record)
 
     def _attachment(self, position: int, whole: int) -> Piece:
-        checked_attachment(self._file, position, whole)
-        return Piece(Opcode.ATTACHMENT, position, whole)
+        head = checked_attachment(self._file, position, whole)
+        beginning = self._file.read(position + HEAD.size, head.data_at)
+        return Piece(Opcode.ATTACHMENT, position, whole, beginning)
 
     def _messages(self, position: int, whole: int) -> Piece:
         """Messages in a row outside of chunks; BagError in a file that has chunks."""

@@ -118,7 +118,7 @@ class Writer:
         self._topics: dict[str, TopicRow] = {}
         self._latched: dict[str, Latched] = {}
         self._attachments: list[tuple[str, str, bytes, int]] = []
-        self._finished: list[tuple[FileRow, dict[str, int]]] = []
+        self._finished: list[tuple[FileRow, Counter[str]]] = []
         self._channels: dict[str, int] = {}
         self._file: McapFile | None = None
         self._splits = self.options.max_size > 0 or self.options.max_duration > 0
@@ -283,7 +283,7 @@ class Writer:
     def _last_notes(self, file: McapFile) -> dict[str, dict[str, str]]:
         return metadata.last_notes(self.notes, self._metadata([file.filled]))
 
-    def _metadata(self, files: list[tuple[FileRow, dict[str, int]]]) -> Metadata:
+    def _metadata(self, files: list[tuple[FileRow, Counter[str]]]) -> Metadata:
         return metadata.summed(files, self._topics.values(), self.notes)
 
     # --- end --------------------------------------------------------------------------------------
@@ -316,7 +316,7 @@ class Writer:
                 file.abandon_with(partial(self._last_notes, file), write)
         if file is not None:
             self._keep(file)
-        self.lost_on_disk = self._given - sum((Counter(n) for _, n in self._finished), Counter())
+        self.lost_on_disk = self._given - sum((n for _, n in self._finished), Counter())
 
     def _end_displaced(self, file: McapFile) -> None:
         """Complete the open file wherever it is now; nothing is written in its place."""
@@ -326,7 +326,7 @@ class Writer:
             file.abandon(self._last_notes(file))
         kept = [counts for row, counts in self._finished if (self.folder / row.path).exists()]
         self._keep(file)
-        self.lost_on_disk = self._given - sum(map(Counter, kept), Counter())
+        self.lost_on_disk = self._given - sum(kept, Counter())
 
     def _write_metadata(self, *unfinished: McapFile) -> None:
         files = [*self._finished, *(file.filled for file in unfinished)]

@@ -160,13 +160,16 @@ def test_a_chunk_beyond_the_limit_is_not_unpacked(tmp_path: Path) -> None:
 
 def test_recovery_says_what_was_lost(tmp_path: Path, whole: bytes) -> None:
     source = Source(put(tmp_path / "run", whole) / "run_0.mcap")
-    place, damaged = source.blocks[3].offset + 100, bytearray(whole)
+    place, damaged = source.index.chunks[3].chunk_start_offset + 100, bytearray(whole)
     damaged[place : place + 40] = bytes(40)
     folder = put(tmp_path / "run", bytes(damaged))
     with bag.open(folder) as run, pytest.raises(bag.BagError, match="bag_recover"):
         list(run.messages())
     report = bag.recover(folder)
     assert report.lost > 0
+    (folder / "run_0.mcap").write_bytes(bytes(damaged[:-8]))
+    with bag.open(folder) as run:
+        assert f": the checksum is wrong: {report.lost} messages" in " ".join(run.remarks)
     assert any("run_0.mcap: bytes" in line for line in report.lines)
     assert f"{report.lost} lost" in report.summary
     with bag.open(report.output) as run:
@@ -180,7 +183,7 @@ def test_recovery_names_attachments_and_notes_that_are_lost(
     """They have no messages, but they were written; metadata.yaml has the notes once more."""
     folder = make(tmp_path / "run", sent, chunk_size=CHUNK)
     file = folder / "run_0.mcap"
-    notes = [at for at, name in Source(file).names.items() if name == "note bouncing_disk_ros"]
+    notes = [row.offset for row in Source(file).index.metadata if row.name == "bouncing_disk_ros"]
     damaged = bytearray(file.read_bytes())
     damaged[damaged.index(b"friction: 0.6")] ^= 1
     for note in notes:
@@ -362,7 +365,7 @@ def test_recovery_puts_the_times_of_chunks_right(tmp_path: Path, sent: list[Sent
     folder = make(tmp_path / "run", sent, chunk_size=CHUNK)
     (file,) = folder.glob("*.mcap")
     content = bytearray(file.read_bytes())
-    for place in (row.offset for row in Source(file).blocks):
+    for place in (row.chunk_start_offset for row in Source(file).index.chunks):
         content[place + 9 : place + 25] = bytes(8) + (1 << 62).to_bytes(8, "little")
     report = bag.recover(put(tmp_path / "run", bytes(content[:-8])), tmp_path / "mended")
     assert (report.saved, report.lost) == (len(sent), 0)
@@ -391,8 +394,9 @@ def test_messages_whose_definitions_are_lost_are_counted_and_told(
 ) -> None:
     """Other writers define topics in the first chunk only; without it no later one can be read."""
     file = foreign(tmp_path / "run.mcap", sent, chunk_size=1, repeat_channels=False)
-    whole, first = file.read_bytes(), Source(file).blocks[0]
-    file.write_bytes(whole[: first.offset] + whole[first.offset + first.length : -8])
+    whole, first = file.read_bytes(), Source(file).index.chunks[0]
+    begin, end = first.chunk_start_offset, first.chunk_start_offset + first.chunk_length
+    file.write_bytes(whole[:begin] + whole[end:-8])
     report = bag.recover(file, tmp_path / "mended")
     assert (report.saved, report.lost) == (0, len(sent) - 1)
     told = [line for line in report.lines if "the definition of its topics is lost" in line]
