@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import importlib
 import re
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -27,6 +26,7 @@ from bouncing_disk_ros.bag.loss import UNKNOWN, Gaps, Gids, MessageLoss
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
+from bouncing_disk_ros.ros.qos import message_class
 from bouncing_disk_ros.run.input_records import from_json
 from bouncing_disk_ros.topics import Qos
 from bouncing_disk_ros.units import NS
@@ -59,7 +59,7 @@ class RecordedTopic:
         self.own: Collection[bytes] | None = None  # what this recorder itself publishes there
         self._depth = 1 if qos is None else qos.depth
         self._node, self._put = node, put
-        self._class = message_class(kind)
+        self._class = installed_class(kind)
         self._subscription: Subscription | None = None
         self._wanted = (True, False) if qos is None else (qos.reliable, qos.latched)
         infos = self.publishers()
@@ -166,20 +166,18 @@ class RecordedTopic:
             self.rows.restart()
 
 
-def message_class(kind: str) -> type[Any]:
+def installed_class(kind: str) -> type[Any]:
     """The class of a type package/msg/Name; InputError when it is not installed.
 
     The name may come from anyone in the domain: a module is loaded only where the definition of
     the type is installed beside it.
     """
     schema_of(kind)
-    package, folder, short = kind.split("/")
     try:
-        found: type[Any] = getattr(importlib.import_module(f"{package}.{folder}"), short)
+        return message_class(kind)
     except (ImportError, AttributeError):
-        hint = f"Install the package {package}, or source its workspace."
+        hint = f"Install the package {kind.partition('/')[0]}, or source its workspace."
         raise InputError("message type", kind, "an installed type", hint) from None
-    return found
 
 
 def _time(stamp: object) -> int:

@@ -8,17 +8,15 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, Protocol
 
-from geometry_msgs.msg import WrenchStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from std_msgs.msg import Float64, UInt64MultiArray
-from trajectory_msgs.msg import JointTrajectory
+from std_msgs.msg import UInt64MultiArray
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import INPUTS_AHEAD
 from bouncing_disk_ros.parameters import Value, items_of
 from bouncing_disk_ros.ros.numbered_subscription import NumberedSubscription, WithInfo
-from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.ros.qos import publisher_of, subscription_to
 from bouncing_disk_ros.ros.serialized import (
     impulse_from_bytes,
     programme_from_bytes,
@@ -45,7 +43,7 @@ from bouncing_disk_ros.run.trajectory_validation import (
     validate_trajectory,
 )
 from bouncing_disk_ros.run.work_turns import PERIOD_NS, WorkTurns
-from bouncing_disk_ros.topics import LOCKSTEP_TOPICS, MOTION_NAMES, TOPICS, Qos
+from bouncing_disk_ros.topics import LOCKSTEP_TOPICS, MOTION_NAMES, TOPICS, Topic
 from bouncing_disk_ros.units import NS
 
 
@@ -87,20 +85,15 @@ class Commands:
         self._turn = node.create_timer(PERIOD_NS / NS, self._on_turn, clock=steady)
         self._turn.cancel()
         self.turns = WorkTurns(self._wake)
-        self._subscribe(JointTrajectory, "platform/command", programme_from_bytes, self.programme)
-        trajectory = "platform/joint_trajectory"
-        self._subscribe(JointTrajectory, trajectory, trajectory_from_bytes, self.trajectory)
-        self._subscribe(WrenchStamped, "disk/impulse", impulse_from_bytes, self.apply_impulse)
+        self._subscribe("platform/command", programme_from_bytes, self.programme)
+        self._subscribe("platform/joint_trajectory", trajectory_from_bytes, self.trajectory)
+        self._subscribe("disk/impulse", impulse_from_bytes, self.apply_impulse)
         for name in MOTION_NAMES:
             parse = partial(value_from_bytes, name)
-            self._subscribe(Float64, f"platform/{name}", parse, self.programme)
+            self._subscribe(f"platform/{name}", parse, self.programme)
 
     def _subscribe(
-        self,
-        kind: type,
-        topic: str,
-        parse: Callable[[str, bytes], Any],
-        accept: Callable[[Any], bool],
+        self, topic: str, parse: Callable[[str, bytes], Any], accept: Callable[[Any], bool]
     ) -> None:
         def take(data: bytes) -> bool:
             gates = self._target.gates
@@ -121,18 +114,18 @@ class Commands:
                 return False
             return accept(request)
 
-        qos = self._qos(topic)
-        self.subscriptions[topic] = NumberedSubscription(self._node, kind, topic, qos, take)
+        row = self._row(topic)
+        self.subscriptions[topic] = NumberedSubscription(self._node, row, take)
 
-    def _qos(self, topic: str) -> Qos:
-        qos = TOPICS[topic].qos
-        return replace(qos, depth=0) if self._keeps_all else qos
+    def _row(self, topic: str) -> Topic:
+        row = TOPICS[topic]
+        return replace(row, qos=replace(row.qos, depth=0)) if self._keeps_all else row
 
     def keep_all(self, keep: bool) -> None:
         """Lose no message of a burst (in lockstep, where each one is waited for), or go on."""
         self._keeps_all = keep
         for name, subscription in self.subscriptions.items():
-            subscription.set_qos(self._qos(name))
+            subscription.set_qos(self._row(name).qos)
 
     def _in_turn(self, topic: str, data: bytes, act: Callable[[], bool]) -> bool:
         try:
@@ -242,10 +235,8 @@ class GateTopics(Gates):
         super().__init__(numbers, 0, lambda: node.count_publishers(proceed.name))
         self._node, self._refuse, self._on_complete = node, refuse, on_complete
         self.set_timeout(values)
-        self._publisher = node.create_publisher(UInt64MultiArray, gate.name, profile_of(gate))
-        self._subscription = node.create_subscription(
-            UInt64MultiArray, proceed.name, WithInfo(self._on_proceed), profile_of(proceed)
-        )
+        self._publisher = publisher_of(node, gate)
+        self._subscription = subscription_to(node, proceed, WithInfo(self._on_proceed))
         self._shown = UInt64MultiArray()
 
     def destroy(self) -> None:
