@@ -15,7 +15,6 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Float64, Header, String, UInt64MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -30,8 +29,8 @@ from bouncing_disk_ros.ros.conversions import ns_to_duration, ns_to_time
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg, msg_to_motion, time_to_ns
 from bouncing_disk_ros.ros.node_tool import options
 from bouncing_disk_ros.ros.numbered_subscription import WithInfo
-from bouncing_disk_ros.ros.qos import publisher_of, subscription_to
-from bouncing_disk_ros.topics import LOCKSTEP_TOPICS, OFFSET_JOINTS
+from bouncing_disk_ros.ros.qos import profile_of, publisher_of, subscription_to
+from bouncing_disk_ros.topics import LOCKSTEP_TOPICS, OFFSET_JOINTS, Qos
 from bouncing_disk_ros.units import NS
 
 SIMULATOR = "bouncing_disk"
@@ -102,9 +101,6 @@ class GateAnswers:
         self._out.publish(self._answered)
 
 
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-
-
 def loop_options(values: Mapping[str, Value]) -> LoopOptions:
     """What a loop is told by the options of the node."""
     numbers = {name: float(value) for name, value in values.items() if type(value) in (int, float)}
@@ -132,7 +128,7 @@ class JuggleNode(Node):
         self.status = ""
         self._out = publisher_of(self, "platform/joint_trajectory")
         self._lag_out = publisher_of(self, "platform/phase_lag")
-        self._status = self.create_publisher(String, "~/status", LATCHED)
+        self._status = self.create_publisher(String, "~/status", profile_of(Qos(1, latched=True)))
         number = int(values["lockstep_number"])
         outputs = (self._out, self._lag_out)
         self._gates = GateAnswers(self, number, outputs) if number else None

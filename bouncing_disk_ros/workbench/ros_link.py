@@ -16,7 +16,6 @@ from rcl_interfaces.msg import Log
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, Trigger
@@ -26,9 +25,9 @@ from bouncing_disk_ros.ros.child import Child
 from bouncing_disk_ros.ros.conversions import programme_to_msg
 from bouncing_disk_ros.ros.from_messages import time_to_ns
 from bouncing_disk_ros.ros.node_tool import publishing_nodes
-from bouncing_disk_ros.ros.qos import publisher_of, subscription_to
+from bouncing_disk_ros.ros.qos import profile_of, publisher_of, subscription_to
 from bouncing_disk_ros.run.command_validation import PointRequest, ProgrammeRequest
-from bouncing_disk_ros.topics import MOTION_NAMES
+from bouncing_disk_ros.topics import MOTION_NAMES, Qos
 from bouncing_disk_ros.workbench.actions import (
     Action,
     Call,
@@ -61,7 +60,7 @@ class JugglerProcess:
         self._node, self._history = node, history
         self._child: Child | None = None
         self._action = Juggle("none")
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        latched = profile_of(Qos(1, latched=True))
         node.create_subscription(String, TOPIC, self._on_status, latched)
 
     def _on_status(self, msg: String) -> None:
@@ -143,7 +142,7 @@ class RosLink(RunLink):
         for topic, handler in reader.handlers.items():
             subscription_to(node, topic, handler)
         subscription_to(node, "disk/run_state", self._on_run_state)
-        log_qos = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        log_qos = profile_of(Qos(100, latched=True))
         node.create_subscription(Log, "/rosout", self._on_log, log_qos)
         self._started = self._now()
         self._publishers = {name: publisher_of(node, f"platform/{name}") for name in MOTION_NAMES}

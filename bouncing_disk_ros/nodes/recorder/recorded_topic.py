@@ -14,7 +14,6 @@ from rclpy.qos import (
     DurabilityPolicy,
     HistoryPolicy,
     LivelinessPolicy,
-    QoSProfile,
     ReliabilityPolicy,
 )
 from rclpy.serialization import deserialize_message
@@ -26,7 +25,7 @@ from bouncing_disk_ros.bag.loss import UNKNOWN, Gaps, Gids, MessageLoss
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
-from bouncing_disk_ros.ros.qos import message_class
+from bouncing_disk_ros.ros.qos import message_class, profile_of
 from bouncing_disk_ros.run.input_records import from_json
 from bouncing_disk_ros.topics import Qos
 from bouncing_disk_ros.units import NS
@@ -100,19 +99,14 @@ class RecordedTopic:
 
     def _subscribe(self) -> None:
         reliable, latched = self._wanted
-        profile = QoSProfile(
-            # KEEP_ALL and reliable is the only pair that loses nothing in tight bursts
-            history=HistoryPolicy.KEEP_ALL if reliable else HistoryPolicy.KEEP_LAST,
-            depth=BEST_EFFORT_DEPTH,
-            reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-            durability=(DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE),
-        )
+        # KEEP_ALL and reliable is the only pair that loses nothing in tight bursts
+        qos = Qos(0 if reliable else BEST_EFFORT_DEPTH, reliable, latched)
         self.destroy()
         self._subscription = self._node.create_subscription(
             self._class,
             self.name,
             self._on_message,
-            profile,
+            profile_of(qos),
             raw=True,
             event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
         )  # fmt: skip  (the default ones complain of a publisher that `follow` will match)
