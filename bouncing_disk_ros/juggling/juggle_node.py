@@ -15,7 +15,6 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Float64, Header, String, UInt64MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
@@ -30,8 +29,8 @@ from bouncing_disk_ros.ros.conversions import ns_to_duration, ns_to_time
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg, msg_to_motion, time_to_ns
 from bouncing_disk_ros.ros.node_tool import options
 from bouncing_disk_ros.ros.numbered_subscription import WithInfo
-from bouncing_disk_ros.ros.qos import profile_of
-from bouncing_disk_ros.topics import LOCKSTEP_TOPICS, OFFSET_JOINTS, TOPICS
+from bouncing_disk_ros.ros.qos import profile_of, publisher_of, subscription_to
+from bouncing_disk_ros.topics import LOCKSTEP_TOPICS, OFFSET_JOINTS, Qos
 from bouncing_disk_ros.units import NS
 
 SIMULATOR = "bouncing_disk"
@@ -56,12 +55,8 @@ class GateAnswers:
         self._gate, self._gate_rows, self._message = -1, 0, 0
         self._answered: UInt64MultiArray | None = None  # to the gate heard last
         gate, proceed = (LOCKSTEP_TOPICS[f"~/{name}"] for name in ("gate", "proceed"))
-        self._out = node.create_publisher(
-            UInt64MultiArray, f"{SIMULATOR}/proceed", profile_of(proceed)
-        )
-        node.create_subscription(
-            UInt64MultiArray, f"{SIMULATOR}/gate", WithInfo(self._on_gate), profile_of(gate)
-        )
+        self._out = publisher_of(node, proceed, f"{SIMULATOR}/proceed")
+        subscription_to(node, gate, WithInfo(self._on_gate), f"{SIMULATOR}/gate")
 
     def begin(self) -> None:
         """The controller knows what it needs from the start: gates may be answered."""
@@ -106,9 +101,6 @@ class GateAnswers:
         self._out.publish(self._answered)
 
 
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-
-
 def loop_options(values: Mapping[str, Value]) -> LoopOptions:
     """What a loop is told by the options of the node."""
     numbers = {name: float(value) for name, value in values.items() if type(value) in (int, float)}
@@ -134,19 +126,14 @@ class JuggleNode(Node):
         self._loop = LiveLoop(loop_options(values), str(values["strategy"]), str(values["target"]))
         self.sent = 0
         self.status = ""
-        topic = TOPICS["platform/joint_trajectory"]
-        self._out = self.create_publisher(JointTrajectory, topic.name, profile_of(topic))
-        topic = TOPICS["platform/phase_lag"]
-        self._lag_out = self.create_publisher(Float64, topic.name, profile_of(topic))
-        self._status = self.create_publisher(String, "~/status", LATCHED)
+        self._out = publisher_of(self, "platform/joint_trajectory")
+        self._lag_out = publisher_of(self, "platform/phase_lag")
+        self._status = self.create_publisher(String, "~/status", profile_of(Qos(1, latched=True)))
         number = int(values["lockstep_number"])
         outputs = (self._out, self._lag_out)
         self._gates = GateAnswers(self, number, outputs) if number else None
-        for name, kind, callback in (
-            ("platform/motion", JointTrajectory, self._on_motion),
-            ("disk/impacts", PointCloud2, self._on_impacts),
-        ):
-            self.create_subscription(kind, name, callback, profile_of(TOPICS[name]))
+        subscription_to(self, "platform/motion", self._on_motion)
+        subscription_to(self, "disk/impacts", self._on_impacts)
         self.add_on_set_parameters_callback(self._on_change)
         self._report()
 

@@ -17,10 +17,9 @@ from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.report import impact_text
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 from bouncing_disk_ros.ros.node_tool import options, wait_for
-from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.ros.qos import subscription_to
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.throttled_log import RefusalLog
-from bouncing_disk_ros.topics import TOPICS
 
 PAGE = 40
 """Rows after which the heading is repeated."""
@@ -43,10 +42,7 @@ class ImpactPrinter(Node):
         self._last = time.monotonic()
         self._gaps = Gaps()
         self._refusals = RefusalLog(_remark)
-        topic = TOPICS["disk/impacts"]
-        self._subscription = self.create_subscription(
-            PointCloud2, topic.name, self._on_impacts, profile_of(topic), raw=True
-        )
+        self._subscription = subscription_to(self, "disk/impacts", self._on_impacts, raw=True)
 
     def print_all(self, stop: Stop) -> int:
         """Print until done, interrupted or out of patience; the exit code."""

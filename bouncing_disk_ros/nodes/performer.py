@@ -19,12 +19,11 @@ from bouncing_disk_ros.maps.scales import refuse_unsettled
 from bouncing_disk_ros.parameters import TABLE, Spec, Value
 from bouncing_disk_ros.ros.conversions import programme_to_msg, trajectory_to_msg
 from bouncing_disk_ros.ros.from_messages import msg_to_motion, time_to_ns
-from bouncing_disk_ros.ros.node_tool import options, wait_for
-from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.ros.node_tool import options, publishing_nodes, wait_for
+from bouncing_disk_ros.ros.qos import publisher_of, subscription_to
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.programmes import FIRST_TOSS, load_programme, start_of
 from bouncing_disk_ros.run.time_map import TimeMap, nanoseconds, scaled
-from bouncing_disk_ros.topics import TOPICS
 from bouncing_disk_ros.units import NS
 
 ASKED = ("real_time_factor", "crossfade_duration", "publish_clock", *Disk._fields)
@@ -55,18 +54,13 @@ class Performer(Node):
         values = options(self, table)
         self.programme = load_programme(programme or str(values["programme"]))
         self._lead, self._timeout = float(values["lead"]), float(values["timeout"])
-        command = TOPICS["platform/command"]
-        self._publisher = self.create_publisher(JointTrajectory, command.name, profile_of(command))
-        offsets = TOPICS["platform/joint_trajectory"]
-        self._offsets = self.create_publisher(JointTrajectory, offsets.name, profile_of(offsets))
+        self._publisher = publisher_of(self, "platform/command")
+        self._offsets = publisher_of(self, "platform/joint_trajectory")
         self._motion: MotionInForce | None = None
         self._stamp_ns = 0  # of the beginning of that motion, ROS time
         self._phase = ""
-        for name, kind, callback in (
-            ("platform/motion", JointTrajectory, self._on_motion),
-            ("disk/phase", String, self._on_phase),
-        ):
-            self.create_subscription(kind, name, callback, profile_of(TOPICS[name]))
+        subscription_to(self, "platform/motion", self._on_motion)
+        subscription_to(self, "disk/phase", self._on_phase)
 
     def _on_motion(self, msg: JointTrajectory) -> None:
         try:
@@ -160,10 +154,7 @@ class Performer(Node):
 
     def _simulator(self) -> str:
         """Full name of the node that publishes platform/motion; empty until it is known."""
-        for found in self.get_publishers_info_by_topic(self.resolve_topic_name("platform/motion")):
-            if not found.node_name.startswith("_NODE_NAME_UNKNOWN"):
-                return f"{found.node_namespace.rstrip('/')}/{found.node_name}"
-        return ""
+        return next(iter(publishing_nodes(self, "platform/motion")), "")
 
     def _parameters_of(self, name: str, stop: Stop) -> list[Value] | None:
         """The values of the parameters ASKED of a node; None when it does not answer."""

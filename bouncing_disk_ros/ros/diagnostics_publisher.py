@@ -9,7 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 from rclpy.serialization import serialize_message
 
-from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.ros.qos import publisher_of
 from bouncing_disk_ros.run.health import Status
 from bouncing_disk_ros.topics import TOPICS
 
@@ -20,9 +20,8 @@ class DiagnosticsPublisher:
     def __init__(self, node: Node) -> None:
         self._node = node
         self._full_name = node.get_fully_qualified_name().lstrip("/")
-        topic = TOPICS["/diagnostics"]
-        self.publisher = node.create_publisher(DiagnosticArray, topic.name, profile_of(topic))
-        self.sent: deque[bytes] = deque(maxlen=topic.qos.depth)
+        self.publisher = publisher_of(node, "/diagnostics")
+        self.sent: deque[bytes] = deque(maxlen=TOPICS["/diagnostics"].qos.depth)
 
     def publish(self, report: Sequence[Status]) -> None:
         """Publish a report."""

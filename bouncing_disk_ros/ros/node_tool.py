@@ -29,6 +29,15 @@ def overrides_of(node: Node) -> dict[str, object]:
     return {name: override.value for name, override in node._parameter_overrides.items()}
 
 
+def publishing_nodes(node: Node, topic: str) -> list[str]:
+    """Full names of the nodes that publish a topic; those that rmw cannot name yet are left out."""
+    return [
+        f"{one.node_namespace.rstrip('/')}/{one.node_name}"
+        for one in node.get_publishers_info_by_topic(node.resolve_topic_name(topic))
+        if not one.node_name.startswith("_NODE_NAME_UNKNOWN")
+    ]
+
+
 def wait_for(node: Node, stop: Stop, condition: Callable[[], object], timeout: float) -> bool:
     """Run callbacks until a condition holds, a signal came or `timeout` seconds passed.
 

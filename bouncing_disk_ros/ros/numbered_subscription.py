@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks
@@ -15,8 +16,8 @@ from rclpy.node import Node
 from rclpy.subscription import Subscription
 
 from bouncing_disk_ros.bag.loss import Gids, MessageLoss
-from bouncing_disk_ros.ros.qos import profile_of
-from bouncing_disk_ros.topics import Qos
+from bouncing_disk_ros.ros.qos import subscription_to
+from bouncing_disk_ros.topics import Qos, Topic
 
 _TWO_ARGUMENTS = inspect.Signature(
     [inspect.Parameter(name, inspect.Parameter.POSITIONAL_ONLY) for name in ("data", "info")]
@@ -26,26 +27,24 @@ _TWO_ARGUMENTS = inspect.Signature(
 class NumberedSubscription:
     """Subscribes to a topic; `take` gets each message as bytes, `lost` counts the others."""
 
-    def __init__(
-        self, node: Node, kind: type[Any], topic: str, qos: Qos, take: Callable[[bytes], object]
-    ) -> None:
-        self.topic = topic
+    def __init__(self, node: Node, topic: Topic, take: Callable[[bytes], object]) -> None:
+        self.topic = topic.name
         self.lost = MessageLoss(self._gids)
-        self._node, self.take, self._kind, self._qos = node, take, kind, qos
+        self._node, self.take, self._row = node, take, topic
         self.number: int | None = None  # of the message taken last, as its publisher counts
         self._subscription = self._subscribe()
 
     def _subscribe(self) -> Subscription:
-        return self._node.create_subscription(
-            self._kind, self.topic, WithInfo(self.on_message), profile_of(self._qos), raw=True,
+        return subscription_to(
+            self._node, self._row, WithInfo(self.on_message), raw=True,
             event_callbacks=SubscriptionEventCallbacks(),
         )  # fmt: skip
 
     def set_qos(self, qos: Qos) -> None:
         """Subscribe anew where another quality of service is asked for."""
-        if qos != self._qos:
+        if qos != self._row.qos:
             self._node.destroy_subscription(self._subscription)
-            self._qos = qos
+            self._row = replace(self._row, qos=qos)
             self._subscription = self._subscribe()
 
     def _gids(self) -> Gids:

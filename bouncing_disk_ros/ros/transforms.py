@@ -17,7 +17,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.folders import share_directory
 from bouncing_disk_ros.parameters import TABLE, Value, complete
 from bouncing_disk_ros.ros.conversions import ns_to_time
-from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.ros.qos import publisher_of
 from bouncing_disk_ros.topics import TRANSFORM_TOPICS
 
 IMPACTS_PLACE = (0.5, 0.0, 0.5)
@@ -108,9 +108,8 @@ class TransformPublisher:
     def __init__(self, node: Node, values: Mapping[str, Value]) -> None:
         self._kind = tf_message()
         self._messages = TransformMessages(Frames.of(values))
-        tf, description = TRANSFORM_TOPICS["/tf"], TRANSFORM_TOPICS["robot_description"]
-        self._tf = node.create_publisher(self._kind, tf.name, profile_of(tf))
-        self._description = node.create_publisher(String, description.name, profile_of(description))
+        self._tf = publisher_of(node, TRANSFORM_TOPICS["/tf"])
+        self._description = publisher_of(node, TRANSFORM_TOPICS["robot_description"])
         self._description.publish(String(data=robot_description(values)))
         self.publishers = [self._tf, self._description]
 

@@ -69,7 +69,7 @@ class GuardedApplication(BokehTornado):
         self, *args: Any, hosts: Collection[str], token: str, cookie: str, **options: Any
     ) -> None:
         super().__init__(*args, **options)
-        self.sockets = 0
+        self.sockets: set[PageSocket] = set()  # those that are open
         self.token, self.cookie = token, cookie
         self._hosts = frozenset(hosts)
         self.transforms = [partial(_Headers, self)]
@@ -88,28 +88,24 @@ class GuardedApplication(BokehTornado):
         """The status and the reason of a refusal, None for none."""
         if request.host.lower() not in self._hosts:
             return 403, "this host is not served here: -p origins:=HOST:PORT allows it"
-        if not self.brings_token(request) and not _same(self._cookie_of(request), self.token):
+        cookie = request.cookies.get(self.cookie)
+        knows = cookie is not None and self._is_token(cookie.value.encode("utf-8", "replace"))
+        if not knows and not self.brings_token(request):
             return 403, "the address lacks the token that workbench has printed"
         if request.path not in PATHS and not request.path.startswith(STATIC):
             return 404, "there is no such page"
         if request.path == "/" and len(self.get_sessions("/")) >= MOST_PAGES:
             return 503, f"{MOST_PAGES} pages are open: close some"
-        if request.path == "/ws" and self.sockets >= MOST_PAGES:
+        if request.path == "/ws" and len(self.sockets) >= MOST_PAGES:
             return 503, f"{MOST_PAGES} pages are open: close some"
         return None
 
     def brings_token(self, request: HTTPServerRequest) -> bool:
         """Whether the address of a request holds the token."""
-        given = request.query_arguments.get("token", [b""])[-1]
+        return self._is_token(request.query_arguments.get("token", [b""])[-1])
+
+    def _is_token(self, given: bytes) -> bool:
         return hmac.compare_digest(given, self.token.encode())
-
-    def _cookie_of(self, request: HTTPServerRequest) -> str:
-        found = request.cookies.get(self.cookie)
-        return found.value if found else ""
-
-
-def _same(given: str, token: str) -> bool:
-    return hmac.compare_digest(given.encode("utf-8", "replace"), token.encode())
 
 
 class Refused(RequestHandler):
@@ -158,8 +154,7 @@ class PageSocket(WSHandler):
 
     def open(self) -> None:
         """Count it, and let Bokeh open it."""
-        self.application.sockets += 1
-        self._counted, self._ended = True, False
+        self.application.sockets.add(self)
         self._room, self._last = BURST, time.monotonic()
         super().open()
 
@@ -170,19 +165,16 @@ class PageSocket(WSHandler):
         self._last = now
         if self._room < 0.0:
             await asyncio.sleep(-self._room / FRAGMENTS_PER_SECOND)
-        if not self._ended:
+        if self.ws_connection is not None:
             await super().on_message(fragment)
 
     def close(self, code: int | None = None, reason: str | None = None) -> None:
         """Close it; Bokeh's own codes are none of the standard."""
-        self._ended = True
         super().close(1002 if code and code >= 5000 else code, (reason or "")[:100] or None)
 
     def on_close(self) -> None:
         """Count it no longer."""
-        if getattr(self, "_counted", False):
-            self._counted = False
-            self.application.sockets -= 1
+        self.application.sockets.discard(self)
         super().on_close()
 
 

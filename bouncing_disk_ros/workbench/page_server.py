@@ -120,7 +120,7 @@ class PageServer:
 
 
 def free_port(address: str, port: int) -> int:
-    """The port, or any free one for 0. OSError where it is not free: Bokeh's says less."""
+    """The port, or any free one for 0. OSError where it is not: then Tornado's leaves a socket."""
     family, kind, _, _, place = socket.getaddrinfo(address, port, type=socket.SOCK_STREAM)[0]
     with socket.socket(family, kind) as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -175,15 +175,11 @@ def _load_maps() -> None:
     importlib.import_module("bouncing_disk_ros.workbench.bifurcation_pane")
 
 
-def _nothing() -> None:
-    """Where there is nothing to look after."""
-
-
 def serve(
     values: Mapping[str, Value],
     link: RunLink,
     stop: Stop,
-    look_after: Callable[[], object] = _nothing,
+    look_after: Callable[[], object] = lambda: None,
 ) -> int:
     """Serve pages on a link until a signal; the exit code. InputError: it cannot listen there.
 

@@ -9,26 +9,25 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from geometry_msgs.msg import TwistStamped, WrenchStamped
+from geometry_msgs.msg import WrenchStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Log
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.qos import DurabilityPolicy, QoSProfile
-from sensor_msgs.msg import JointState, PointCloud2
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, Trigger
-from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.errors import one_line
 from bouncing_disk_ros.ros.child import Child
 from bouncing_disk_ros.ros.conversions import programme_to_msg
 from bouncing_disk_ros.ros.from_messages import time_to_ns
-from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.ros.node_tool import publishing_nodes
+from bouncing_disk_ros.ros.qos import profile_of, publisher_of, subscription_to
 from bouncing_disk_ros.run.command_validation import PointRequest, ProgrammeRequest
-from bouncing_disk_ros.topics import MOTION_NAMES, TOPICS
+from bouncing_disk_ros.topics import MOTION_NAMES, Qos
 from bouncing_disk_ros.workbench.actions import (
     Action,
     Call,
@@ -61,7 +60,7 @@ class JugglerProcess:
         self._node, self._history = node, history
         self._child: Child | None = None
         self._action = Juggle("none")
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        latched = profile_of(Qos(1, latched=True))
         node.create_subscription(String, TOPIC, self._on_status, latched)
 
     def _on_status(self, msg: String) -> None:
@@ -120,9 +119,6 @@ ANSWER_SECONDS = 5.0
 """Patience with the answer of a service."""
 SILENT_SECONDS = 3.0
 """Without a message of disk/run_state, which comes every second, the simulator counts as gone."""
-_TYPES = {
-    kind.__name__: kind for kind in (JointState, JointTrajectory, PointCloud2, String, TwistStamped)
-}
 _TRANSITIONS = {
     "configure": Transition.TRANSITION_CONFIGURE,
     "activate": Transition.TRANSITION_ACTIVATE,
@@ -144,25 +140,14 @@ class RosLink(RunLink):
         self._found = False
         reader = HistoryReader(self.history)
         for topic, handler in reader.handlers.items():
-            row = TOPICS[topic]
-            kind = _TYPES[row.type.rpartition("/")[2]]
-            node.create_subscription(kind, topic, handler, profile_of(row))
-        run_state = TOPICS["disk/run_state"]
-        node.create_subscription(
-            JointState, run_state.name, self._on_run_state, profile_of(run_state)
-        )
-        log_qos = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+            subscription_to(node, topic, handler)
+        subscription_to(node, "disk/run_state", self._on_run_state)
+        log_qos = profile_of(Qos(100, latched=True))
         node.create_subscription(Log, "/rosout", self._on_log, log_qos)
         self._started = self._now()
-        self._publishers = {
-            name: node.create_publisher(
-                Float64, f"platform/{name}", profile_of(TOPICS[f"platform/{name}"])
-            )
-            for name in MOTION_NAMES
-        }
-        command, impulse = TOPICS["platform/command"], TOPICS["disk/impulse"]
-        self._command = node.create_publisher(JointTrajectory, command.name, profile_of(command))
-        self._impulse = node.create_publisher(WrenchStamped, impulse.name, profile_of(impulse))
+        self._publishers = {name: publisher_of(node, f"platform/{name}") for name in MOTION_NAMES}
+        self._command = publisher_of(node, "platform/command")
+        self._impulse = publisher_of(node, "disk/impulse")
         self._clients: dict[tuple[type, str], Any] = {}
         self._performer: Child | None = None
         self._juggler = JugglerProcess(node, self.history)
@@ -201,12 +186,8 @@ class RosLink(RunLink):
 
     def tick(self) -> None:
         """Look who is there; say on the page when nobody is."""
-        for found in self._node.get_publishers_info_by_topic(
-            self._node.resolve_topic_name("platform/motion")
-        ):
-            if not found.node_name.startswith("_NODE_NAME_UNKNOWN"):
-                self._call_it(f"{found.node_namespace.rstrip('/')}/{found.node_name}")
-                break
+        for name in publishing_nodes(self._node, "platform/motion")[:1]:
+            self._call_it(name)
         if not self.is_alive:
             self.history.state = f"no simulator is heard of ({self.names.node})"
         performer = self._performer

@@ -19,9 +19,6 @@ from bouncing_disk_ros.workbench.page_style import GOOD
 from bouncing_disk_ros.workbench.run_link import RunLink
 from bouncing_disk_ros.workbench.scene_table import SCENES, Scene, shown_number
 
-_ANSWERS: dict[str, str] = {}
-"""Numbers that were computed already, for all pages."""
-
 
 class SceneButtons:
     """The scenes of one page."""
@@ -67,12 +64,9 @@ class SceneButtons:
         )
 
     def show(self) -> None:
-        """Show the number, computed in a thread where it was not before."""
+        """Show the number, computed in a thread."""
         scene = self._scene
         if scene is None:
-            return
-        if scene.name in _ANSWERS:
-            self._write(_ANSWERS[scene.name])
             return
         self._write("computing …")
         work: Callable[[], None] = partial(self._compute, scene)
@@ -83,7 +77,6 @@ class SceneButtons:
 
         try:
             text = f"It is {shown_number(number_of(scene.name), scene.unit)}."
-            _ANSWERS[scene.name] = text
         except (InputError, FailedError) as error:
             text = str(error)
         self._document.add_next_tick_callback(partial(self._arrived, scene, text))

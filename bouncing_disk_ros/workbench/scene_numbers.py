@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -128,6 +129,7 @@ _NUMBERS: Mapping[str, Callable[[Scene], float]] = {
 }
 
 
+@cache
 def number_of(name: str) -> float:
-    """The number to find in a scene, in its unit. Takes up to some seconds."""
+    """The number to find in a scene, in its unit; computed once, for all pages, in some seconds."""
     return _NUMBERS[name](SCENES[name])

@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 from rclpy.serialization import deserialize_message
 
-from bouncing_disk_ros.nodes.recorder.recorded_topic import message_class
+from bouncing_disk_ros.ros.qos import message_class
 from support.bags import TYPES, Sent, make, messages
 from support.npm import install
 

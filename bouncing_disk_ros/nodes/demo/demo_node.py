@@ -1,4 +1,4 @@
-"""The node of `demo`, and what it watches: simulator, performer and recorder."""
+"""The node of `demo`: starts simulator, performer and recorder, prints what happens, and draws."""
 
 from __future__ import annotations
 
@@ -10,12 +10,7 @@ from contextlib import contextmanager
 from itertools import pairwise
 from pathlib import Path
 
-from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import TwistStamped
 from rclpy.node import Node
-from sensor_msgs.msg import JointState, PointCloud2
-from std_msgs.msg import String
-from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.core.model import Disk, MotionInForce
 from bouncing_disk_ros.errors import ExitCode, FailedError
@@ -36,44 +31,10 @@ from bouncing_disk_ros.report.run_record_builder import RunRecordBuilder
 from bouncing_disk_ros.report.run_summary import last_orbit
 from bouncing_disk_ros.ros.child import Child
 from bouncing_disk_ros.ros.node_tool import options, wait_for
-from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.ros.qos import subscription_to
 from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.programmes import FIRST_TOSS
-from bouncing_disk_ros.topics import TOPICS
 from bouncing_disk_ros.units import NS
-
-_TYPES = {
-    kind.__name__: kind
-    for kind in (DiagnosticArray, JointState, JointTrajectory, PointCloud2, String, TwistStamped)
-}
-
-
-class DemoWatcher(Node):
-    """Builds `record` from what arrives; times are simulated seconds."""
-
-    def __init__(self, name: str, disk: Disk) -> None:
-        super().__init__(name)
-        self.record = RunRecord(disk)
-        self._builder = RunRecordBuilder(self.record, self.get_namespace())
-        for topic, callback in self._builder.handlers.items():
-            row = TOPICS[topic]
-            kind = _TYPES[row.type.rpartition("/")[2]]
-            self.create_subscription(kind, topic, callback, profile_of(row))
-
-    @property
-    def phase(self) -> str:
-        """Phase of motion of the disk, or paused."""
-        return self._builder.phase
-
-    @property
-    def time(self) -> float:
-        """Simulated time of the newest sample, s."""
-        return self.record.states[-1].time if self.record.states else 0.0
-
-
-# ------------------------------------------------------------------------------------------------
-# The node of `demo`: starts simulator, performer and recorder, prints what happens, and draws.
-
 
 START_SECONDS = 120.0
 """Patience with the start: the first one compiles the kernels."""
@@ -83,11 +44,18 @@ Children = tuple[Child, Child, Child]
 """Recorder, simulator, performer."""
 
 
-class DemoNode(DemoWatcher):
-    """The demonstration; `children` are its processes, `folder` is that of the bag."""
+class DemoNode(Node):
+    """The demonstration; `children` are its processes, `folder` is that of the bag.
+
+    It builds `record` from what arrives; times are simulated seconds.
+    """
 
     def __init__(self, table: Mapping[str, Spec], children: Children, folder: Path) -> None:
-        super().__init__("demo", Disk.of(start_values()))
+        super().__init__("demo")
+        self.record = RunRecord(Disk.of(start_values()))
+        self._builder = RunRecordBuilder(self.record, self.get_namespace())
+        for topic, callback in self._builder.handlers.items():
+            subscription_to(self, topic, callback)
         chosen = options(self, table)
         self._duration, self._picture = float(chosen["duration"]), picture_of(chosen)
         self._recorder, self._simulator, self._performer = children
@@ -131,6 +99,11 @@ class DemoNode(DemoWatcher):
             return ExitCode.INTERRUPTED
         return self._conclude(stop)
 
+    @property
+    def time(self) -> float:
+        """Simulated time of the newest sample, s."""
+        return self.record.states[-1].time if self.record.states else 0.0
+
     def _is_over(self) -> bool:
         ended = self._simulator.code is not None or self._recorder.code is not None
         broken = ended or self._performer.code not in (None, 0)
@@ -150,8 +123,8 @@ class DemoNode(DemoWatcher):
             (self._performer, self._performer.code not in (None, 0)),
         ):
             if unwell:
-                said = child.log.strip().splitlines() or ["without a message"]
-                raise FailedError(f"{child.name} ended with code {child.code}: {said[-1]}")
+                said = f"{child.name} ended with code {child.code}: {child.last_line}"
+                raise FailedError(said)
         if not expected:
             raise FailedError(f"the simulator published nothing within {START_SECONDS:g} s")
 
@@ -181,7 +154,7 @@ class DemoNode(DemoWatcher):
         speed = self.record.speeds[-1][1] if self.record.speeds else 0.0
         impacts = sum(int(chunk["count"].sum()) for chunk in self.record.chunks)
         print(
-            f"{self._clear}{self.time:6.2f} s  {self.phase:<8}  {impacts:4d} impacts  "
+            f"{self._clear}{self.time:6.2f} s  {self._builder.phase:<8}  {impacts:4d} impacts  "
             f"rotor {speed:7.3f} rad/s  orbit {self._orbit or 'not settled'}",
             end=end,
             flush=True,

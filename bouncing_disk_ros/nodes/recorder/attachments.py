@@ -29,11 +29,10 @@ from bouncing_disk_ros.limits import (
 )
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.regular_file import read_bytes
+from bouncing_disk_ros.ros.node_tool import publishing_nodes
 from bouncing_disk_ros.run.presets import load_preset, preset_names
 
 YAML = "text/yaml"
-NOT_YET_NAMED = "_NODE_NAME_UNKNOWN_"
-"""What rmw calls the node of a publisher that it found before it heard of the node itself."""
 ANSWER_SECONDS = 1.0
 """How long an answer is waited for before the node is asked again: rmw drops the answer of a node
 that does not know the asking client yet."""
@@ -83,10 +82,8 @@ class RunParameters:
     # --- asking -----------------------------------------------------------------------------------
     def look(self) -> None:
         """Ask those that are new, once their services are there; again where no answer comes."""
-        for info in self._node.get_publishers_info_by_topic(self._topic):
-            name = f"{info.node_namespace.rstrip('/')}/{info.node_name}"
-            is_new = name not in self._known and info.node_name != NOT_YET_NAMED
-            if is_new and len(self._known) < ASKED_NODES:
+        for name in publishing_nodes(self._node, self._topic):
+            if name not in self._known and len(self._known) < ASKED_NODES:
                 self._known.add(name)
                 self._prepare(name)
         for name, (names, values, since, times) in list(self._open.items()):

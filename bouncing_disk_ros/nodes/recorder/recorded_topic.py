@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import importlib
 import re
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -15,7 +14,6 @@ from rclpy.qos import (
     DurabilityPolicy,
     HistoryPolicy,
     LivelinessPolicy,
-    QoSProfile,
     ReliabilityPolicy,
 )
 from rclpy.serialization import deserialize_message
@@ -27,6 +25,7 @@ from bouncing_disk_ros.bag.loss import UNKNOWN, Gaps, Gids, MessageLoss
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
+from bouncing_disk_ros.ros.qos import message_class, profile_of
 from bouncing_disk_ros.run.input_records import from_json
 from bouncing_disk_ros.topics import Qos
 from bouncing_disk_ros.units import NS
@@ -59,7 +58,7 @@ class RecordedTopic:
         self.own: Collection[bytes] | None = None  # what this recorder itself publishes there
         self._depth = 1 if qos is None else qos.depth
         self._node, self._put = node, put
-        self._class = message_class(kind)
+        self._class = installed_class(kind)
         self._subscription: Subscription | None = None
         self._wanted = (True, False) if qos is None else (qos.reliable, qos.latched)
         infos = self.publishers()
@@ -100,19 +99,14 @@ class RecordedTopic:
 
     def _subscribe(self) -> None:
         reliable, latched = self._wanted
-        profile = QoSProfile(
-            # KEEP_ALL and reliable is the only pair that loses nothing in tight bursts
-            history=HistoryPolicy.KEEP_ALL if reliable else HistoryPolicy.KEEP_LAST,
-            depth=BEST_EFFORT_DEPTH,
-            reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-            durability=(DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE),
-        )
+        # KEEP_ALL and reliable is the only pair that loses nothing in tight bursts
+        qos = Qos(0 if reliable else BEST_EFFORT_DEPTH, reliable, latched)
         self.destroy()
         self._subscription = self._node.create_subscription(
             self._class,
             self.name,
             self._on_message,
-            profile,
+            profile_of(qos),
             raw=True,
             event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False),
         )  # fmt: skip  (the default ones complain of a publisher that `follow` will match)
@@ -166,20 +160,18 @@ class RecordedTopic:
             self.rows.restart()
 
 
-def message_class(kind: str) -> type[Any]:
+def installed_class(kind: str) -> type[Any]:
     """The class of a type package/msg/Name; InputError when it is not installed.
 
     The name may come from anyone in the domain: a module is loaded only where the definition of
     the type is installed beside it.
     """
     schema_of(kind)
-    package, folder, short = kind.split("/")
     try:
-        found: type[Any] = getattr(importlib.import_module(f"{package}.{folder}"), short)
+        return message_class(kind)
     except (ImportError, AttributeError):
-        hint = f"Install the package {package}, or source its workspace."
+        hint = f"Install the package {kind.partition('/')[0]}, or source its workspace."
         raise InputError("message type", kind, "an installed type", hint) from None
-    return found
 
 
 def _time(stamp: object) -> int:

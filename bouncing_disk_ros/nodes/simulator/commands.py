@@ -8,44 +8,27 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, Protocol
 
-from geometry_msgs.msg import WrenchStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from std_msgs.msg import Float64, UInt64MultiArray
-from trajectory_msgs.msg import JointTrajectory
+from std_msgs.msg import UInt64MultiArray
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import INPUTS_AHEAD
 from bouncing_disk_ros.parameters import Value, items_of
 from bouncing_disk_ros.ros.numbered_subscription import NumberedSubscription, WithInfo
-from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.ros.qos import publisher_of, subscription_to
 from bouncing_disk_ros.ros.serialized import (
     impulse_from_bytes,
     programme_from_bytes,
     trajectory_from_bytes,
     value_from_bytes,
 )
-from bouncing_disk_ros.run.command_validation import (
-    ImpulseRequest,
-    Instant,
-    ProgrammeRequest,
-    describe,
-    far_ahead,
-    schedule_impulse,
-    schedule_programme,
-    validate_impulse,
-    validate_programme,
-)
+from bouncing_disk_ros.run.apply_command import Request, apply_command
+from bouncing_disk_ros.run.command_validation import Instant
 from bouncing_disk_ros.run.gates import Gates
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.trajectory_validation import (
-    TrajectoryRequest,
-    describe_trajectory,
-    schedule_trajectory,
-    validate_trajectory,
-)
 from bouncing_disk_ros.run.work_turns import PERIOD_NS, WorkTurns
-from bouncing_disk_ros.topics import LOCKSTEP_TOPICS, MOTION_NAMES, TOPICS, Qos
+from bouncing_disk_ros.topics import LOCKSTEP_TOPICS, MOTION_NAMES, TOPICS, Topic
 from bouncing_disk_ros.units import NS
 
 
@@ -72,8 +55,7 @@ class CommandNode(Protocol):
 class Commands:
     """Subscribes to the command topics, validates what arrives and gives it to the session.
 
-    It subscribes from the start, so that an inactive node can say why it refuses. The session is
-    asked only when everything else about a command is right.
+    It subscribes from the start, so that an inactive node can say why it refuses.
     """
 
     def __init__(self, node: Node, target: CommandNode, *, keep_all: bool = False) -> None:
@@ -87,21 +69,13 @@ class Commands:
         self._turn = node.create_timer(PERIOD_NS / NS, self._on_turn, clock=steady)
         self._turn.cancel()
         self.turns = WorkTurns(self._wake)
-        self._subscribe(JointTrajectory, "platform/command", programme_from_bytes, self.programme)
-        trajectory = "platform/joint_trajectory"
-        self._subscribe(JointTrajectory, trajectory, trajectory_from_bytes, self.trajectory)
-        self._subscribe(WrenchStamped, "disk/impulse", impulse_from_bytes, self.apply_impulse)
+        self._subscribe("platform/command", programme_from_bytes)
+        self._subscribe("platform/joint_trajectory", trajectory_from_bytes)
+        self._subscribe("disk/impulse", impulse_from_bytes)
         for name in MOTION_NAMES:
-            parse = partial(value_from_bytes, name)
-            self._subscribe(Float64, f"platform/{name}", parse, self.programme)
+            self._subscribe(f"platform/{name}", partial(value_from_bytes, name))
 
-    def _subscribe(
-        self,
-        kind: type,
-        topic: str,
-        parse: Callable[[str, bytes], Any],
-        accept: Callable[[Any], bool],
-    ) -> None:
+    def _subscribe(self, topic: str, parse: Callable[[str, bytes], Request]) -> None:
         def take(data: bytes) -> bool:
             gates = self._target.gates
             if gates is None:
@@ -119,20 +93,20 @@ class Commands:
             except InputError as error:
                 self._target.refuse(error)
                 return False
-            return accept(request)
+            return self.accept(request)
 
-        qos = self._qos(topic)
-        self.subscriptions[topic] = NumberedSubscription(self._node, kind, topic, qos, take)
+        row = self._row(topic)
+        self.subscriptions[topic] = NumberedSubscription(self._node, row, take)
 
-    def _qos(self, topic: str) -> Qos:
-        qos = TOPICS[topic].qos
-        return replace(qos, depth=0) if self._keeps_all else qos
+    def _row(self, topic: str) -> Topic:
+        row = TOPICS[topic]
+        return replace(row, qos=replace(row.qos, depth=0)) if self._keeps_all else row
 
     def keep_all(self, keep: bool) -> None:
         """Lose no message of a burst (in lockstep, where each one is waited for), or go on."""
         self._keeps_all = keep
         for name, subscription in self.subscriptions.items():
-            subscription.set_qos(self._qos(name))
+            subscription.set_qos(self._row(name).qos)
 
     def _in_turn(self, topic: str, data: bytes, act: Callable[[], bool]) -> bool:
         try:
@@ -154,50 +128,14 @@ class Commands:
         for field in self.turns.drop():
             self._target.refuse(InputError(field, "an input before the reset", "inputs after it"))
 
-    # --- requests: False when refused -------------------------------------------------------------
-    def programme(self, request: ProgrammeRequest) -> bool:
-        """Validate a programme and apply it."""
+    def accept(self, request: Request) -> bool:
+        """Validate a request and apply it; False when it is refused."""
         try:
-            changes = validate_programme(request)
-            session, instant = self._opened(request.field)
-            points = schedule_programme(request, changes, instant, session.latest_target)
+            line, remark = apply_command(request, self._opened)
         except InputError as error:
             self._target.refuse(error)
             return False
-        session.command(points)
-        line = f"{describe(points)}; pending: {session.pending}"
-        self._target.log_accepted(request.field, line, far_ahead(request, instant))
-        self._target.publish_consequences()
-        return True
-
-    def trajectory(self, request: TrajectoryRequest) -> bool:
-        """Validate an offset trajectory and splice it."""
-        try:
-            validate_trajectory(request)
-            session, instant = self._opened(request.field)
-            offset = session.latest_offset
-            splice = schedule_trajectory(request, instant, offset, session.values)
-        except InputError as error:
-            self._target.refuse(error)
-            return False
-        session.trajectory(splice)
-        line = f"{describe_trajectory(splice)}; pending: {session.pending}"
-        self._target.log_accepted(request.field, line, far_ahead(request, instant))
-        self._target.publish_consequences()
-        return True
-
-    def apply_impulse(self, request: ImpulseRequest) -> bool:
-        """Validate an impulse and apply it."""
-        try:
-            validate_impulse(request)
-            session, instant = self._opened(request.field)
-            at_ns, axial, angular = schedule_impulse(request, instant)
-        except InputError as error:
-            self._target.refuse(error)
-            return False
-        session.apply_impulse(at_ns, axial, angular)
-        line = f"{axial:g} N·s, {angular:g} N·m·s at {at_ns / NS:.9f} s; pending: {session.pending}"
-        self._target.log_accepted(request.field, line, far_ahead(request, instant))
+        self._target.log_accepted(request.field, line, remark)
         self._target.publish_consequences()
         return True
 
@@ -242,10 +180,8 @@ class GateTopics(Gates):
         super().__init__(numbers, 0, lambda: node.count_publishers(proceed.name))
         self._node, self._refuse, self._on_complete = node, refuse, on_complete
         self.set_timeout(values)
-        self._publisher = node.create_publisher(UInt64MultiArray, gate.name, profile_of(gate))
-        self._subscription = node.create_subscription(
-            UInt64MultiArray, proceed.name, WithInfo(self._on_proceed), profile_of(proceed)
-        )
+        self._publisher = publisher_of(node, gate)
+        self._subscription = subscription_to(node, proceed, WithInfo(self._on_proceed))
         self._shown = UInt64MultiArray()
 
     def destroy(self) -> None:

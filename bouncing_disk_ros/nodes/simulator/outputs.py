@@ -6,14 +6,11 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-from geometry_msgs.msg import TwistStamped
 from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState, PointCloud2
 from std_msgs.msg import String
-from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.core.model import Sample
 from bouncing_disk_ros.errors import InputError
@@ -22,14 +19,14 @@ from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros import conversions
 from bouncing_disk_ros.ros.conversions import named_numbers_to_msg
 from bouncing_disk_ros.ros.diagnostics_publisher import DiagnosticsPublisher
-from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.ros.qos import publisher_of
 from bouncing_disk_ros.ros.transforms import Frames, TransformPublisher
 from bouncing_disk_ros.run.health import Health, Level, Reading, run_values
 from bouncing_disk_ros.run.input_records import Record, to_json
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.throttled_log import RefusalLog, ThrottledLog
 from bouncing_disk_ros.run.time_map import TimeMap
-from bouncing_disk_ros.topics import MAX_ROWS, TOPICS
+from bouncing_disk_ros.topics import MAX_ROWS
 from bouncing_disk_ros.units import NS
 
 
@@ -51,13 +48,13 @@ class Outputs:
     def __init__(self, node: Node, values: Mapping[str, Value]) -> None:
         self._node = node
         self._publishers: list[Publisher] = []
-        self._joint_states = self._publisher(JointState, "joint_states")
-        self._impacts = self._publisher(PointCloud2, "disk/impacts")
-        self._speed = self._publisher(TwistStamped, "disk/rotor_speed")
-        self._inputs = self._publisher(String, "disk/inputs")
-        self._phase = self._publisher(String, "disk/phase")
-        self._motion = self._publisher(JointTrajectory, "platform/motion")
-        self._offset = self._publisher(JointTrajectory, "platform/offset")
+        self._joint_states = self._publisher("joint_states")
+        self._impacts = self._publisher("disk/impacts")
+        self._speed = self._publisher("disk/rotor_speed")
+        self._inputs = self._publisher("disk/inputs")
+        self._phase = self._publisher("disk/phase")
+        self._motion = self._publisher("platform/motion")
+        self._offset = self._publisher("platform/offset")
         self._clock: Publisher | None = None
         self.clock_claim: ClockClaim | None = None
         if values["publish_clock"]:
@@ -72,8 +69,8 @@ class Outputs:
         self._shown_motion = -1
         self._shown_offset = 0
 
-    def _publisher(self, kind: type[Any], name: str) -> Publisher:
-        publisher = self._node.create_publisher(kind, name, profile_of(TOPICS[name]))
+    def _publisher(self, name: str) -> Publisher:
+        publisher = publisher_of(self._node, name)
         self._publishers.append(publisher)
         return publisher
 
@@ -90,7 +87,7 @@ class Outputs:
         Where another one has come at this very moment, again.
         """
         before = clock_publishers(self._node)
-        self._clock = self._publisher(Clock, "/clock")
+        self._clock = self._publisher("/clock")
         found = clock_publishers(self._node) - before
         if len(found) > 1:
             self._node.destroy_publisher(self._publishers.pop())
@@ -208,8 +205,7 @@ class Diagnostics:
         self._remarks = ThrottledLog(lambda line: logger.warning(line))
         self._levels: dict[str, Level] = {}
         self._publisher = DiagnosticsPublisher(node)
-        topic = TOPICS["disk/run_state"]
-        self._run_state = node.create_publisher(JointState, topic.name, profile_of(topic))
+        self._run_state = publisher_of(node, "disk/run_state")
 
     def refuse(self, error: InputError) -> None:
         """Count a refused input; log it unless its reason was on the log a moment ago."""

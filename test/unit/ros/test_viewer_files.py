@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 from bouncing_disk_ros.impact_layout import IMPACT_LAYOUT
-from bouncing_disk_ros.nodes.recorder.recorded_topic import message_class
+from bouncing_disk_ros.ros.qos import message_class
 from bouncing_disk_ros.run.health import Reading, run_values
 from bouncing_disk_ros.topics import (
     IMPACT_FRAME,

@@ -229,7 +229,7 @@ def test_pages_and_connections_are_bounded(
         with pytest.raises(HTTPClientError, match="503"):
             await connect(server, token, cookie)
         opened.pop().close()
-        while server.application.sockets > 2:
+        while len(server.application.sockets) > 2:
             await asyncio.sleep(0.01)
         opened.append(await connect(server, token, cookie))
         idle = [await asyncio.open_connection("127.0.0.1", server.port) for _ in range(12)]

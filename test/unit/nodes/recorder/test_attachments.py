@@ -16,7 +16,7 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import ANSWER_BYTES, PRESET_BYTES
 from bouncing_disk_ros.nodes.recorder.attachments import answered, dumped, preset_bytes
-from bouncing_disk_ros.nodes.recorder.recorded_topic import is_snapshot, message_class
+from bouncing_disk_ros.nodes.recorder.recorded_topic import installed_class, is_snapshot
 from bouncing_disk_ros.run.input_records import to_json
 from bouncing_disk_ros.run.session import Session
 
@@ -132,5 +132,5 @@ def test_a_type_loads_no_module_unless_it_is_installed(
     kind: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(InputError, match="message type"):
-        message_class(kind)
+        installed_class(kind)
     assert capsys.readouterr().out == ""  # the module `this` prints

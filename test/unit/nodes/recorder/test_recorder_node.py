@@ -123,6 +123,7 @@ def test_a_node_that_gives_no_answer_is_asked_again_and_named(
     info = SimpleNamespace(node_namespace="/", node_name="silent")
     node: Any = SimpleNamespace(
         get_publishers_info_by_topic=lambda _: [info],
+        resolve_topic_name=lambda name: name,
         create_client=lambda kind, _: clients["Get" in kind.__name__],
         get_logger=lambda: SimpleNamespace(warning=warned.append),
     )
