@@ -15,11 +15,12 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Sample
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.run.apply_command import apply_command
 from bouncing_disk_ros.run.command_validation import (
     ImpulseRequest,
     PointRequest,
     ProgrammeRequest,
+    accept_impulse,
+    accept_programme,
 )
 from bouncing_disk_ros.run.control import RunControl, inactive
 from bouncing_disk_ros.run.input_records import Record
@@ -190,16 +191,17 @@ class LocalLink(RunLink):
             self._run.set_active(transition == "activate")
 
     def _command(self, run: RunControl, action: Move | Impulse | Perform) -> None:
+        session, now = run.open("an input")
         match action:
             case Move(values):
                 point = PointRequest(tuple(map(float, values.values())), 0)
-                apply_command(ProgrammeRequest(tuple(values), (point,)), run.open)
+                request = ProgrammeRequest(tuple(values), (point,))
+                session.command(accept_programme(request, now, session.latest_target))
             case Impulse(axial, angular):
                 impulse = ImpulseRequest((0.0, 0.0, float(axial)), (0.0, 0.0, float(angular)))
-                apply_command(impulse, run.open)
+                session.apply_impulse(*accept_impulse(impulse, now))
             case Perform(name):
                 programme = load_programme(name)
-                session, _ = run.open("an input")
                 motion = session.simulation.motion_in_force
                 fade = nanoseconds(float(self._values["crossfade_duration"]))
                 begin = start_of(programme, motion, session.time_ns + LEAD_NS, fade)
