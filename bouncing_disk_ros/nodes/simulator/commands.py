@@ -25,25 +25,10 @@ from bouncing_disk_ros.ros.serialized import (
     trajectory_from_bytes,
     value_from_bytes,
 )
-from bouncing_disk_ros.run.command_validation import (
-    ImpulseRequest,
-    Instant,
-    ProgrammeRequest,
-    describe,
-    far_ahead,
-    schedule_impulse,
-    schedule_programme,
-    validate_impulse,
-    validate_programme,
-)
+from bouncing_disk_ros.run.apply_request import Request, apply_request
+from bouncing_disk_ros.run.command_validation import Instant
 from bouncing_disk_ros.run.gates import Gates
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.trajectory_validation import (
-    TrajectoryRequest,
-    describe_trajectory,
-    schedule_trajectory,
-    validate_trajectory,
-)
 from bouncing_disk_ros.run.work_turns import PERIOD_NS, WorkTurns
 from bouncing_disk_ros.topics import LOCKSTEP_TOPICS, MOTION_NAMES, TOPICS, Qos
 from bouncing_disk_ros.units import NS
@@ -87,21 +72,13 @@ class Commands:
         self._turn = node.create_timer(PERIOD_NS / NS, self._on_turn, clock=steady)
         self._turn.cancel()
         self.turns = WorkTurns(self._wake)
-        self._subscribe(JointTrajectory, "platform/command", programme_from_bytes, self.programme)
-        trajectory = "platform/joint_trajectory"
-        self._subscribe(JointTrajectory, trajectory, trajectory_from_bytes, self.trajectory)
-        self._subscribe(WrenchStamped, "disk/impulse", impulse_from_bytes, self.apply_impulse)
+        self._subscribe(JointTrajectory, "platform/command", programme_from_bytes)
+        self._subscribe(JointTrajectory, "platform/joint_trajectory", trajectory_from_bytes)
+        self._subscribe(WrenchStamped, "disk/impulse", impulse_from_bytes)
         for name in MOTION_NAMES:
-            parse = partial(value_from_bytes, name)
-            self._subscribe(Float64, f"platform/{name}", parse, self.programme)
+            self._subscribe(Float64, f"platform/{name}", partial(value_from_bytes, name))
 
-    def _subscribe(
-        self,
-        kind: type,
-        topic: str,
-        parse: Callable[[str, bytes], Any],
-        accept: Callable[[Any], bool],
-    ) -> None:
+    def _subscribe(self, kind: type, topic: str, parse: Callable[[str, bytes], Request]) -> None:
         def take(data: bytes) -> bool:
             gates = self._target.gates
             if gates is None:
@@ -119,7 +96,7 @@ class Commands:
             except InputError as error:
                 self._target.refuse(error)
                 return False
-            return accept(request)
+            return self.accept(request)
 
         qos = self._qos(topic)
         self.subscriptions[topic] = NumberedSubscription(self._node, kind, topic, qos, take)
@@ -154,50 +131,14 @@ class Commands:
         for field in self.turns.drop():
             self._target.refuse(InputError(field, "an input before the reset", "inputs after it"))
 
-    # --- requests: False when refused -------------------------------------------------------------
-    def programme(self, request: ProgrammeRequest) -> bool:
-        """Validate a programme and apply it."""
+    def accept(self, request: Request) -> bool:
+        """Validate a request and apply it; False when it is refused."""
         try:
-            changes = validate_programme(request)
-            session, instant = self._opened(request.field)
-            points = schedule_programme(request, changes, instant, session.latest_target)
+            line, remark = apply_request(request, lambda: self._opened(request.field))
         except InputError as error:
             self._target.refuse(error)
             return False
-        session.command(points)
-        line = f"{describe(points)}; pending: {session.pending}"
-        self._target.log_accepted(request.field, line, far_ahead(request, instant))
-        self._target.publish_consequences()
-        return True
-
-    def trajectory(self, request: TrajectoryRequest) -> bool:
-        """Validate an offset trajectory and splice it."""
-        try:
-            validate_trajectory(request)
-            session, instant = self._opened(request.field)
-            offset = session.latest_offset
-            splice = schedule_trajectory(request, instant, offset, session.values)
-        except InputError as error:
-            self._target.refuse(error)
-            return False
-        session.trajectory(splice)
-        line = f"{describe_trajectory(splice)}; pending: {session.pending}"
-        self._target.log_accepted(request.field, line, far_ahead(request, instant))
-        self._target.publish_consequences()
-        return True
-
-    def apply_impulse(self, request: ImpulseRequest) -> bool:
-        """Validate an impulse and apply it."""
-        try:
-            validate_impulse(request)
-            session, instant = self._opened(request.field)
-            at_ns, axial, angular = schedule_impulse(request, instant)
-        except InputError as error:
-            self._target.refuse(error)
-            return False
-        session.apply_impulse(at_ns, axial, angular)
-        line = f"{axial:g} N·s, {angular:g} N·m·s at {at_ns / NS:.9f} s; pending: {session.pending}"
-        self._target.log_accepted(request.field, line, far_ahead(request, instant))
+        self._target.log_accepted(request.field, line, remark)
         self._target.publish_consequences()
         return True
 

@@ -255,7 +255,7 @@ class SimulatorNode(LifecycleNode):
     def apply_impulse(self, request: ImpulseRequest) -> str:
         """Apply an impulse; why it was refused, or nothing."""
         before = self.last_refusal
-        if self.commands.apply_impulse(request):
+        if self.commands.accept(request):
             return ""
         refusal = self.last_refusal
         return refusal.line if refusal is not None and refusal is not before else "refused"
