@@ -227,9 +227,7 @@ class SteppedSimulator:
 
         numbers: tuple[Any, ...] = tuple(map(plain, values.values()))
         point = PointRequest(numbers, round(after * NS))
-        return self._accepted(
-            self.node.commands.programme(ProgrammeRequest(tuple(values), (point,)))
-        )
+        return self._accepted(self.node.commands.accept(ProgrammeRequest(tuple(values), (point,))))
 
     def apply_impulse(self, axial_impulse: float = 0.0, angular_impulse: float = 0.0) -> bool:
         """Apply an impulse to the disk now (N·s, N·m·s); True, or InputError if refused."""
@@ -237,7 +235,7 @@ class SteppedSimulator:
 
         axial, angular = float(axial_impulse), float(angular_impulse)
         request = ImpulseRequest((0.0, 0.0, axial), (0.0, 0.0, angular))
-        return self._accepted(self.node.commands.apply_impulse(request))
+        return self._accepted(self.node.commands.accept(request))
 
     def _accepted(self, accepted: bool) -> bool:
         if not accepted:

@@ -63,7 +63,6 @@ class BagProver:
         self._events = 0
         self._begun = self._reached = math.nan  # simulated s
         self._versions: set[str] = set()
-        self._simulation: Simulation | None = None
 
     def work(self) -> Iterator[float]:
         """Prove the runs wished for: the simulated time, after each event."""
@@ -79,32 +78,28 @@ class BagProver:
 
     def _prove_run(self, run: Run) -> Iterator[float]:
         """Prove from the first snapshot to the last instant that a topic shows."""
-        from bouncing_disk_ros.run.input_replay import apply, restored
+        from bouncing_disk_ros.run.input_replay import apply, steps
 
-        index = -1
-        for record in run.records:
-            if int(record["index"]) > index + 1:
-                self._simulation = None  # records are missing: on from the next snapshot
-            index = int(record["index"])
-            if self._simulation is not None:
-                yield from self._prove(int(record["time_ns"]), is_end=False)
-                apply(self._simulation, record)
-            elif record["kind"] == "snapshot":
-                self._simulation = restored(record)
+        simulation: Simulation | None = None
+        for record, simulation, is_start, _ in steps(run.records):
+            if simulation is None:
+                continue
+            if is_start:
                 self._versions.add(str(record.get("version", "")))
                 if math.isnan(self._begun):
-                    self._begun = self._simulation.time_ns / NS
-        if self._simulation is not None:
-            yield from self._prove(_last_ns(run, self._simulation.time_ns), is_end=True)
-        self._simulation = None
+                    self._begun = simulation.time_ns / NS
+            else:
+                yield from self._prove(simulation, int(record["time_ns"]), is_end=False)
+                apply(simulation, record)
+        if simulation is not None:
+            yield from self._prove(simulation, _last_ns(run, simulation.time_ns), is_end=True)
 
-    def _prove(self, until_ns: int, *, is_end: bool) -> Iterator[float]:
+    def _prove(self, simulation: Simulation, until_ns: int, *, is_end: bool) -> Iterator[float]:
         """Prove the events up to an instant."""
         from bouncing_disk_ros.proof.event_proof import prove
         from bouncing_disk_ros.proof.event_trace import trace
 
-        assert self._simulation is not None
-        for event in trace(self._simulation, until_ns, is_end=is_end):
+        for event in trace(simulation, until_ns, is_end=is_end):
             self._reached = event.before.ns / NS
             if self._is_wanted(self._reached):
                 self.tally.take(event, prove(event))

@@ -68,7 +68,7 @@ class RunControl:
 
     `name` of the node, for refusals; `values` is the living set of its parameters; `ros_now` reads
     the clock of stamps, ns; a long step ends early when `stopping`. With `gates` time stands where
-    `lockstep` says so, and what a reset drops of their inputs is given to `refuse`.
+    `lockstep` says so, and what is dropped of their inputs is given to `refuse`.
     """
 
     def __init__(
@@ -260,7 +260,17 @@ class RunControl:
         self.loop.flush()
         self._publish_work()
         rows = self.session.simulation.rows_total
-        gates.publish(time.monotonic_ns(), self.session.time_ns, rows)
+        gates.open(time.monotonic_ns(), rows, self.session.time_ns)
+
+    def go_on(self) -> None:
+        """Go on where the gate is complete: an input has come, or an answer."""
+        if self.gates is None:
+            return
+        for one in self.gates.drop_predecessors():
+            given = "an input of a controller that ended before its answer"
+            self._refuse(InputError(one.topic, given, "those of the one started since"))
+        if self.gates.is_complete:
+            self.tick(time.monotonic_ns())
 
     def _renew_gate(self) -> None:
         """Replace a gate that counts too few rows: a service has brought more about."""

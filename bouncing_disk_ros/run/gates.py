@@ -115,16 +115,22 @@ class Gates:
     """Counts gates; keeps the answers and inputs of the one that is open: meanwhile time stands."""
 
     def __init__(
-        self, controllers: Iterable[int], timeout_ns: int, publishers: Callable[[], int] = int
+        self,
+        controllers: Iterable[int],
+        timeout_ns: int,
+        publishers: Callable[[], int] = int,
+        announce: Callable[[int, int, int], object] = lambda *_: None,
+        warn: Callable[[str], object] = lambda _: None,
     ) -> None:
         """The controllers' numbers; the wait that is not reported, ns of wall time.
 
-        `publishers` counts those of ~/proceed.
+        `publishers` counts those of ~/proceed. `announce` tells controllers the number of a gate,
+        its simulated time (ns) and rows. `warn` is told what time waits for too long.
         """
         self.controllers, self.timeout_ns = frozenset(controllers), timeout_ns
-        self.number, self.rows = -1, 0
+        self.number, self.rows, self._time_ns = -1, 0, 0
         self.is_open = False
-        self._publishers = publishers
+        self._publishers, self._announce, self._warn = publishers, announce, warn
         self._opened_ns = self._asked_ns = 0
         self._answers: dict[int, int] = {}
         self._announced_before = 0  # at gates that the open one has replaced
@@ -138,26 +144,29 @@ class Gates:
         self._reported: set[State] = set()
 
     # --- the simulator opens and closes -----------------------------------------------------------
-    def open(self, now_ns: int, rows: int = 0) -> int:
+    def open(self, now_ns: int, rows: int = 0, time_ns: int = 0) -> int:
         """Open the next gate, at which so many rows have been published; its number.
+
+        `time_ns` is the simulated time.
 
         It replaces one that is open: what was announced and has come there counts here. Inputs that
         have come between gates belong to it.
         """
         if self.is_open:
             self._announced_before += sum(self._answers.values())
-        self.number, self.rows = self.number + 1, rows
+        self.number, self.rows, self._time_ns = self.number + 1, rows, time_ns
         self.is_open, self._opened_ns, self._asked_ns = True, now_ns, now_ns
         self._answers, self._reported = {}, set()
+        self._announce(self.number, time_ns, rows)
         return self.number
 
-    def publish(self, now_ns: int, time_ns: int, rows: int) -> None:
-        """Open the next gate, at an instant of simulated time, for all who are to hear of it."""
-        del time_ns
-        self.open(now_ns, rows)
-
     def watch(self, now_ns: int) -> None:
-        """Look, at each tick, whether time waits for too long."""
+        """Announce the gate again where an answer is missing; warn once where time waits long."""
+        if self.look(now_ns):
+            self._announce(self.number, self._time_ns, self.rows)
+        if words := self.newly_overdue(now_ns):
+            wait = f"simulated time waits for longer than {self.timeout_ns / 1e9:g} s"
+            self._warn(f"lockstep: {words}: {wait}")
 
     def set_timeout(self, values: Mapping[str, Value]) -> None:
         """Take over the parameter of the silence allowed."""
@@ -268,9 +277,6 @@ class Gates:
         if self._come != self._announced:
             return State.COUNTING if self._come < self._announced else State.SURPLUS
         return State.COMPLETE
-
-    def go_on(self) -> None:
-        """An input has been held: for those who have something to go on with."""
 
     @property
     def is_complete(self) -> bool:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +49,53 @@ def _check_reached(simulation: Simulation) -> None:
         _, is_behind = simulation.advance(simulation.time_ns, EVENTS_BEHIND)
         if is_behind:
             raise ValueError(f"its state lies more than {EVENTS_BEHIND} events before its time")
+
+
+class Gap(NamedTuple):
+    """Records that are missing: from there on nothing is known up to the next snapshot."""
+
+    first: int  # index of the first missing record
+    last: int  # of the last
+    from_ns: int  # simulated time of the last record before
+    until_ns: int | None  # of the snapshot from which the replay goes on; None: there is none
+
+
+class Step(NamedTuple):
+    """One record of a run, and the simulation to which it is to be applied at its time."""
+
+    record: Record
+    simulation: Simulation | None  # None: no snapshot yet, or none since a gap
+    is_start: bool  # the record is the snapshot from which the simulation begins
+    gap: Gap | None  # before the record
+
+
+def steps(records: Iterable[Record]) -> Iterator[Step]:
+    """The steps of a replay of one run; the caller advances the simulation and applies the record.
+
+    A simulation begins at the first snapshot, and another one at the first snapshot after a gap.
+    Raises InputError for records out of order and for snapshots that cannot be read.
+    """
+    simulation: Simulation | None = None
+    before: Record | None = None
+    for record in records:
+        gap = None if before is None else _gap(before, record)
+        if gap is not None:
+            simulation = None
+        is_start = simulation is None and record["kind"] == "snapshot"
+        if is_start:
+            simulation = restored(record)
+        yield Step(record, simulation, is_start, gap)
+        before = record
+
+
+def _gap(before: Record, record: Record) -> Gap | None:
+    """The gap between two records; InputError where they are out of order."""
+    index, next_index, time_ns = before["index"], record["index"], before["time_ns"]
+    if next_index <= index or record["time_ns"] < time_ns:
+        given = f"index {next_index} at {record['time_ns']} ns after {index} at {time_ns} ns"
+        hint = "Replay each run on its own."
+        raise InputError("input records", given, "rising index and time", hint)
+    return None if next_index == index + 1 else Gap(index + 1, next_index - 1, time_ns, None)
 
 
 def apply(simulation: Simulation, record: Record) -> None:

@@ -19,7 +19,15 @@ from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.input_records import Record
-from bouncing_disk_ros.run.input_replay import Watch, advance_slice, apply, restored
+from bouncing_disk_ros.run.input_replay import (
+    Gap,
+    Step,
+    Watch,
+    advance_slice,
+    apply,
+    restored,
+    steps,
+)
 from bouncing_disk_ros.run.time_map import FAR_NS
 from bouncing_disk_ros.topics import IMPACT_REQUIRED
 from bouncing_disk_ros.units import NS
@@ -108,15 +116,6 @@ def comparable_rows(rows: Rows) -> Rows:
 
 
 # --- what a replay finds --------------------------------------------------------------------------
-class Gap(NamedTuple):
-    """Records that are missing: from there on nothing is known up to the next snapshot."""
-
-    first: int  # index of the first missing record
-    last: int  # of the last
-    from_ns: int  # simulated time of the last record before
-    until_ns: int | None  # of the snapshot from which the replay goes on; None: there is none
-
-
 @dataclass
 class Replay:
     """What a replay of one run found; `identical`: all was compared, and nothing differs."""
@@ -256,8 +255,8 @@ def replay(
     Raises InputError for records or rows that cannot be of one run of this package.
     """
     run = _Run(rows, watch or (lambda _: None))
-    for record in records:
-        run.take(record)
+    for step in steps(records):
+        run.take(step)
         if run.found.difference is not None:
             return run.found
     run.finish(until_ns)
@@ -272,22 +271,20 @@ class _Run:
         self._recorded = RecordedRows(rows, self.found)
         self._watch = watch
         self._simulation: Simulation | None = None
-        self._index: int | None = None  # of the newest record
-        self._time_ns = 0  # of the newest record
 
-    def take(self, record: Record) -> None:
+    def take(self, step: Step) -> None:
         """Replay up to a record, and apply it; ends early at a difference."""
-        self._check_order(record)
-        is_snapshot = record["kind"] == "snapshot"
-        simulation = self._simulation
-        if simulation is not None:
-            self._advance(simulation, record["time_ns"])
-            if self.found.difference is None and is_snapshot:
-                self._compare_state(simulation, record)
+        record, self._simulation, is_start, gap = step
+        if gap is not None:
+            self.found.gaps.append(gap)
+        if self._simulation is not None and is_start:
+            self._start(self._simulation, record)
+        elif self._simulation is not None:
+            self._advance(self._simulation, record["time_ns"])
+            if self.found.difference is None and record["kind"] == "snapshot":
+                self._compare_state(self._simulation, record)
             if self.found.difference is None:
-                apply(simulation, record)
-        elif is_snapshot:
-            self._start(record)
+                apply(self._simulation, record)
         self.found.records += 1
 
     def finish(self, until_ns: int) -> None:
@@ -303,22 +300,8 @@ class _Run:
         if self._simulation is not None and self.found.difference is None:
             self._advance(self._simulation, until_ns)
 
-    def _check_order(self, record: Record) -> None:
-        """Leave the run at a gap of the index; refuse a record that is out of order."""
-        index, time_ns = int(record["index"]), int(record["time_ns"])
-        if self._index is not None:
-            if index <= self._index or time_ns < self._time_ns:
-                given = f"index {index} at {time_ns} ns after {self._index} at {self._time_ns} ns"
-                hint = "Replay each run on its own."
-                raise InputError("input records", given, "rising index and time", hint)
-            if index > self._index + 1:
-                self.found.gaps.append(Gap(self._index + 1, index - 1, self._time_ns, None))
-                self._simulation = None
-        self._index, self._time_ns = index, time_ns
-
-    def _start(self, record: Record) -> None:
+    def _start(self, simulation: Simulation, record: Record) -> None:
         """Begin, or begin again, at a snapshot."""
-        self._simulation = simulation = restored(record)
         if self.found.start_ns is None:
             self.found.start_ns = simulation.time_ns
             self.found.version = str(record.get("version", ""))

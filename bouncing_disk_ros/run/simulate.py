@@ -16,6 +16,7 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Energy, Motion, Sample, join_rows
 from bouncing_disk_ros.errors import FailedError, InputError, closest
 from bouncing_disk_ros.parameters import Value, plain
+from bouncing_disk_ros.run.apply_request import apply_request
 from bouncing_disk_ros.run.command_validation import (
     ImpulseRequest,
     Instant,
@@ -29,12 +30,7 @@ from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import as_simulated, load_programme
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import Grid, TimeMap
-from bouncing_disk_ros.run.trajectory_validation import (
-    instant,
-    schedule_trajectory,
-    trajectory_of,
-    validate_trajectory,
-)
+from bouncing_disk_ros.run.trajectory_validation import instant, trajectory_of
 from bouncing_disk_ros.units import NS
 
 _INTEGERS = {"time_ns": "<i8", "phase": "u1", "cycles": "<i8", "turns": "<i8"}
@@ -188,8 +184,7 @@ def simulate(
     if points := _listed("programme", programme, _POINTS):
         session.command(_points(points, arrival, session.latest_target))
     if offsets is not None:
-        validate_trajectory(offsets)
-        session.trajectory(schedule_trajectory(offsets, arrival, session.latest_offset, whole))
+        apply_request(offsets, lambda: (session, arrival))
     for seconds, axial, angular in sorted(map(_impulse, pushes), key=itemgetter(0)):
         impulse = ImpulseRequest((0.0, 0.0, axial), (0.0, 0.0, angular), field="impulses")
         _, axial, angular = accept_impulse(impulse, arrival)

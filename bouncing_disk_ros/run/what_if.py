@@ -19,7 +19,7 @@ from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Sample, joi
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.run.input_records import Record
-from bouncing_disk_ros.run.input_replay import Watch, advance_to, apply, restored
+from bouncing_disk_ros.run.input_replay import Watch, advance_to, apply, restored, steps
 from bouncing_disk_ros.run.replay_check import Difference, row_difference
 from bouncing_disk_ros.run.simulate import SAMPLE_DTYPE
 from bouncing_disk_ros.run.time_map import nanoseconds
@@ -301,29 +301,23 @@ def what_if(
     that are not allowed together.
     """
     pair: Pair | None = None
-    index = 0
-    for record in records:
+    for record, simulation, _, gap in steps(records):
         if pair is None:
-            if record["kind"] == "snapshot":
-                start = restored(record), changed_start(record, changes)
-                pair = Pair(*start, until_ns, watch or (lambda _: None))
-        elif record["index"] != index + 1:
+            if simulation is not None:
+                changed = changed_start(record, changes)
+                pair = Pair(simulation, changed, until_ns, watch or (lambda _: None))
+        elif gap is not None:
             until_ns = pair.time_ns
             break
         else:
             pair.advance(min(record["time_ns"], until_ns))
             if record["time_ns"] > until_ns:
                 break
-            _apply(pair, record, changes)
-        index = record["index"]
+            apply(pair.first, record)
+            apply(pair.second, changes.of_record(record))
+            if record["kind"] == "reset":
+                pair.restart_speed()
     if pair is None:
         raise InputError("input records", "no snapshot", "records with at least one snapshot")
     pair.advance(until_ns)
     return pair.result()
-
-
-def _apply(pair: Pair, record: dict[str, Any], changes: Changes) -> None:
-    apply(pair.first, record)
-    apply(pair.second, changes.of_record(record))
-    if record["kind"] == "reset":
-        pair.restart_speed()

@@ -12,15 +12,11 @@ from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.juggling.juggler import Juggler, OffsetTrajectory
 from bouncing_disk_ros.juggling.live_loop import LiveLoop, LoopOptions
 from bouncing_disk_ros.juggling.simulated_loop import run_loop
+from bouncing_disk_ros.run.apply_request import apply_request
 from bouncing_disk_ros.run.command_validation import Instant
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import TimeMap
-from bouncing_disk_ros.run.trajectory_validation import (
-    TrajectoryPoint,
-    TrajectoryRequest,
-    schedule_trajectory,
-    validate_trajectory,
-)
+from bouncing_disk_ros.run.trajectory_validation import TrajectoryPoint, TrajectoryRequest
 from bouncing_disk_ros.topics import OFFSET_JOINTS
 
 _SIMULATED = TimeMap(0, 0, 0, 1.0)
@@ -48,11 +44,9 @@ class LocalJuggling(LiveLoop):
         """Send what was answered; InputError where the session's limits forbid it."""
         answers, self._answers = self._answers, []
         for one in answers:
-            request = _request(one)
-            validate_trajectory(request)
-            now = Instant(session.input_ns, _SIMULATED, 0)
-            splice = schedule_trajectory(request, now, session.latest_offset, session.values)
-            session.trajectory(splice)
+            apply_request(
+                _request(one), lambda: (session, Instant(session.input_ns, _SIMULATED, 0))
+            )
 
 
 def _load() -> None:

@@ -15,12 +15,11 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Sample
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.run.apply_request import apply_request
 from bouncing_disk_ros.run.command_validation import (
     ImpulseRequest,
     PointRequest,
     ProgrammeRequest,
-    accept_impulse,
-    accept_programme,
 )
 from bouncing_disk_ros.run.control import RunControl, inactive
 from bouncing_disk_ros.run.input_records import Record
@@ -191,15 +190,14 @@ class LocalLink(RunLink):
             self._run.set_active(transition == "activate")
 
     def _command(self, run: RunControl, action: Move | Impulse | Perform) -> None:
-        session, now = run.open("an input")
+        session, _ = arrived = run.open("an input")
         match action:
             case Move(values):
                 point = PointRequest(tuple(map(float, values.values())), 0)
-                request = ProgrammeRequest(tuple(values), (point,))
-                session.command(accept_programme(request, now, session.latest_target))
+                apply_request(ProgrammeRequest(tuple(values), (point,)), lambda: arrived)
             case Impulse(axial, angular):
                 impulse = ImpulseRequest((0.0, 0.0, float(axial)), (0.0, 0.0, float(angular)))
-                session.apply_impulse(*accept_impulse(impulse, now))
+                apply_request(impulse, lambda: arrived)
             case Perform(name):
                 programme = load_programme(name)
                 motion = session.simulation.motion_in_force

@@ -147,14 +147,15 @@ def test_time_stands_at_a_gate_and_services_answer(loops: Callable[..., Loop]) -
     loop.spin_until(lambda: loop.gate >= 3)
     loop.controllers[0].silent = True
     gate = loop.gate
-    loop.spin_until(lambda: bool(loop.node.gates and loop.node.gates.is_open))
-    assert loop.node.run is not None
-    time_ns = loop.node.run.session.time_ns
+    run = loop.node.run
+    assert run is not None
+    loop.spin_until(lambda: bool(run.gates and run.gates.is_open))
+    time_ns = run.session.time_ns
     loop.spin_until(lambda: loop.node._read().overdue)
     assert "no answer of controller 1" in loop.node._read().waiting
-    assert loop.node.run.session.time_ns == time_ns
-    assert "paused" in loop.node.run.pause(True)
-    assert "running" in loop.node.run.pause(False)
+    assert run.session.time_ns == time_ns
+    assert "paused" in run.pause(True)
+    assert "running" in run.pause(False)
     assert loop.gate in (gate, gate + 1)
     second = GateController(1, context=loop.context)  # another one takes over
     loop.executor.add_node(second)

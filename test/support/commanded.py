@@ -12,7 +12,6 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.commands import Commands
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.command_validation import Instant
-from bouncing_disk_ros.run.gates import Gates
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import TimeMap
@@ -46,7 +45,6 @@ class CommandedSession:
         self.records: list[Record] = []
         self.refused = 0
         self.lines: list[str] = []
-        self.gates: Gates | None = None
         self.last: InputError | None = None
         self.session = Session(parameters.complete(values), self.records.append)
         node = cast("Node", NoNode())
@@ -56,6 +54,10 @@ class CommandedSession:
     def open_session(self, _field: str) -> tuple[Session, Instant]:
         times = TimeMap(0, 0, WALL_NS, 1.0, False)
         return self.session, Instant(self.session.input_ns, times, NS // 10)
+
+    def hold(self, *_: object) -> bool:
+        """There is no lockstep."""
+        return False
 
     def publish_consequences(self) -> None:
         """Nobody subscribes to anything."""

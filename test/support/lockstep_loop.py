@@ -120,8 +120,10 @@ class Loop:
     @property
     def gate(self) -> int:
         """The newest gate."""
-        assert self.node.gates is not None
-        return self.node.gates.number
+        run = self.node.run
+        assert run is not None
+        assert run.gates is not None
+        return run.gates.number
 
     def close(self) -> None:
         """Destroy all; again: nothing."""

@@ -11,7 +11,8 @@ import bouncing_disk_ros
 from bouncing_disk_ros.errors import InputError, counted
 from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, ReplayedBag
 from bouncing_disk_ros.report.orbit import orbit_of
-from bouncing_disk_ros.run.replay_check import Gap, Replay
+from bouncing_disk_ros.run.input_replay import Gap
+from bouncing_disk_ros.run.replay_check import Replay
 from bouncing_disk_ros.run.what_if import SPEED_SECONDS, Changes, Trace, TwoRuns, what_if
 from bouncing_disk_ros.units import NS
 

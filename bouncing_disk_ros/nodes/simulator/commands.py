@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any, Protocol
@@ -14,7 +14,6 @@ from std_msgs.msg import UInt64MultiArray
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import INPUTS_AHEAD
-from bouncing_disk_ros.parameters import Value, items_of
 from bouncing_disk_ros.ros.numbered_subscription import NumberedSubscription, WithInfo
 from bouncing_disk_ros.ros.qos import publisher_of, subscription_to
 from bouncing_disk_ros.ros.serialized import (
@@ -23,25 +22,9 @@ from bouncing_disk_ros.ros.serialized import (
     trajectory_from_bytes,
     value_from_bytes,
 )
-from bouncing_disk_ros.run.command_validation import (
-    ImpulseRequest,
-    Instant,
-    ProgrammeRequest,
-    describe,
-    far_ahead,
-    schedule_impulse,
-    schedule_programme,
-    validate_impulse,
-    validate_programme,
-)
-from bouncing_disk_ros.run.gates import Gates
+from bouncing_disk_ros.run.apply_request import Request, apply_request
+from bouncing_disk_ros.run.command_validation import Instant
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.trajectory_validation import (
-    TrajectoryRequest,
-    describe_trajectory,
-    schedule_trajectory,
-    validate_trajectory,
-)
 from bouncing_disk_ros.run.work_turns import PERIOD_NS, WorkTurns
 from bouncing_disk_ros.topics import LOCKSTEP_TOPICS, MOTION_NAMES, TOPICS, Topic
 from bouncing_disk_ros.units import NS
@@ -53,9 +36,8 @@ class CommandNode(Protocol):
     def open_session(self, field: str) -> tuple[Session, Instant]:
         """The session that accepts inputs now, and the instant of arrival; else InputError."""
 
-    @property
-    def gates(self) -> Gates | None:
-        """The gates of a lockstep, which hold inputs; None: it is off."""
+    def hold(self, topic: str, number: int | None, data: bytes, act: Callable[[], object]) -> bool:
+        """Keep an input for a gate of a lockstep; False: it is to act at once."""
 
     def publish_consequences(self) -> None:
         """Publish what an accepted input has brought about."""
@@ -85,26 +67,18 @@ class Commands:
         self._turn = node.create_timer(PERIOD_NS / NS, self._on_turn, clock=steady)
         self._turn.cancel()
         self.turns = WorkTurns(self._wake)
-        self._subscribe("platform/command", programme_from_bytes, self.programme)
-        self._subscribe("platform/joint_trajectory", trajectory_from_bytes, self.trajectory)
-        self._subscribe("disk/impulse", impulse_from_bytes, self.apply_impulse)
+        self._subscribe("platform/command", programme_from_bytes)
+        self._subscribe("platform/joint_trajectory", trajectory_from_bytes)
+        self._subscribe("disk/impulse", impulse_from_bytes)
         for name in MOTION_NAMES:
-            parse = partial(value_from_bytes, name)
-            self._subscribe(f"platform/{name}", parse, self.programme)
+            self._subscribe(f"platform/{name}", partial(value_from_bytes, name))
 
-    def _subscribe(
-        self, topic: str, parse: Callable[[str, bytes], Any], accept: Callable[[Any], bool]
-    ) -> None:
+    def _subscribe(self, topic: str, parse: Callable[[str, bytes], Request]) -> None:
         def take(data: bytes) -> bool:
-            gates = self._target.gates
-            if gates is None:
-                return self._in_turn(topic, data, lambda: act(data))
-            try:
-                gates.hold(topic, self.subscriptions[topic].number, data, lambda: act(data))
-            except InputError as error:
-                self._target.refuse(error)
-            gates.go_on()
-            return True
+            number = self.subscriptions[topic].number
+            if self._target.hold(topic, number, data, lambda: act(data)):
+                return True
+            return self._in_turn(topic, data, lambda: act(data))
 
         def act(data: bytes) -> bool:
             try:
@@ -112,7 +86,7 @@ class Commands:
             except InputError as error:
                 self._target.refuse(error)
                 return False
-            return accept(request)
+            return self.accept(request)
 
         row = self._row(topic)
         self.subscriptions[topic] = NumberedSubscription(self._node, row, take)
@@ -147,50 +121,14 @@ class Commands:
         for field in self.turns.drop():
             self._target.refuse(InputError(field, "an input before the reset", "inputs after it"))
 
-    # --- requests: False when refused -------------------------------------------------------------
-    def programme(self, request: ProgrammeRequest) -> bool:
-        """Validate a programme and apply it."""
+    def accept(self, request: Request) -> bool:
+        """Validate a request and apply it; False when it is refused."""
         try:
-            changes = validate_programme(request)
-            session, instant = self._opened(request.field)
-            points = schedule_programme(request, changes, instant, session.latest_target)
+            line, remark = apply_request(request, lambda: self._opened(request.field))
         except InputError as error:
             self._target.refuse(error)
             return False
-        session.command(points)
-        line = f"{describe(points)}; pending: {session.pending}"
-        self._target.log_accepted(request.field, line, far_ahead(request, instant))
-        self._target.publish_consequences()
-        return True
-
-    def trajectory(self, request: TrajectoryRequest) -> bool:
-        """Validate an offset trajectory and splice it."""
-        try:
-            validate_trajectory(request)
-            session, instant = self._opened(request.field)
-            offset = session.latest_offset
-            splice = schedule_trajectory(request, instant, offset, session.values)
-        except InputError as error:
-            self._target.refuse(error)
-            return False
-        session.trajectory(splice)
-        line = f"{describe_trajectory(splice)}; pending: {session.pending}"
-        self._target.log_accepted(request.field, line, far_ahead(request, instant))
-        self._target.publish_consequences()
-        return True
-
-    def apply_impulse(self, request: ImpulseRequest) -> bool:
-        """Validate an impulse and apply it."""
-        try:
-            validate_impulse(request)
-            session, instant = self._opened(request.field)
-            at_ns, axial, angular = schedule_impulse(request, instant)
-        except InputError as error:
-            self._target.refuse(error)
-            return False
-        session.apply_impulse(at_ns, axial, angular)
-        line = f"{axial:g} N·s, {angular:g} N·m·s at {at_ns / NS:.9f} s; pending: {session.pending}"
-        self._target.log_accepted(request.field, line, far_ahead(request, instant))
+        self._target.log_accepted(request.field, line, remark)
         self._target.publish_consequences()
         return True
 
@@ -220,56 +158,27 @@ class Commands:
 # The topics of a lockstep: ~/gate says that simulated time stands, ~/proceed that it may go on.
 
 
-class GateTopics(Gates):
-    """Gates with their topics; `on_complete` is called when one may be closed."""
+class GateTopics:
+    """The topics of a lockstep; `on_answer` is given an answer and its number on ~/proceed."""
 
-    def __init__(
-        self,
-        node: Node,
-        values: Mapping[str, Value],
-        refuse: Callable[[InputError], None],
-        on_complete: Callable[[], None],
-    ) -> None:
-        numbers = [int(item) for item in items_of(str(values["lockstep_controllers"]))]
+    def __init__(self, node: Node, on_answer: Callable[[Iterable[int], int], object]) -> None:
         gate, proceed = LOCKSTEP_TOPICS["~/gate"], LOCKSTEP_TOPICS["~/proceed"]
-        super().__init__(numbers, 0, lambda: node.count_publishers(proceed.name))
-        self._node, self._refuse, self._on_complete = node, refuse, on_complete
-        self.set_timeout(values)
+        self._node, self._on_answer = node, on_answer
         self._publisher = publisher_of(node, gate)
         self._subscription = subscription_to(node, proceed, WithInfo(self._on_proceed))
-        self._shown = UInt64MultiArray()
 
     def destroy(self) -> None:
         """Take the topics away."""
         self._node.destroy_publisher(self._publisher)
         self._node.destroy_subscription(self._subscription)
 
-    def publish(self, now_ns: int, time_ns: int, rows: int) -> None:
-        """Open the next gate, and tell its number."""
-        super().publish(now_ns, time_ns, rows)
-        self._shown = UInt64MultiArray(data=array("Q", (self.number, time_ns, rows)))
-        self._publisher.publish(self._shown)
+    def publishers(self) -> int:
+        """How many publishers ~/proceed has."""
+        return self._node.count_publishers(self._subscription.topic_name)
+
+    def announce(self, number: int, time_ns: int, rows: int) -> None:
+        """Publish the number of a gate, its simulated time and rows."""
+        self._publisher.publish(UInt64MultiArray(data=array("Q", (number, time_ns, rows))))
 
     def _on_proceed(self, msg: UInt64MultiArray, info: Mapping[str, Any]) -> None:
-        try:
-            self.answer(msg.data, info["publication_sequence_number"])
-        except InputError as error:
-            self._refuse(error)
-            return
-        self.go_on()
-
-    def go_on(self) -> None:
-        """See whether the gate is complete."""
-        for one in self.drop_predecessors():
-            given = "an input of a controller that ended before its answer"
-            self._refuse(InputError(one.topic, given, "those of the one started since"))
-        if self.is_complete:
-            self._on_complete()
-
-    def watch(self, now_ns: int) -> None:
-        """Publish the gate again where an answer is missing; log what time waits for, once."""
-        if self.look(now_ns):
-            self._publisher.publish(self._shown)
-        if words := self.newly_overdue(now_ns):
-            wait = f"simulated time waits for longer than {self.timeout_ns / 1e9:g} s"
-            self._node.get_logger().error(f"lockstep: {words}: {wait}")
+        self._on_answer(msg.data, info["publication_sequence_number"])

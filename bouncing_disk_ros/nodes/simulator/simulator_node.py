@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -19,7 +19,7 @@ from bouncing_disk_ros.nodes.simulator.clocks import TickTimer
 from bouncing_disk_ros.nodes.simulator.commands import Commands, GateTopics
 from bouncing_disk_ros.nodes.simulator.outputs import Diagnostics, Outputs, second_clock
 from bouncing_disk_ros.nodes.simulator.standard_services import StandardServices, installed_types
-from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.parameters import Value, items_of
 from bouncing_disk_ros.ros.requests import guard_services
 from bouncing_disk_ros.ros.transforms import tf_message
 from bouncing_disk_ros.ros.validated_parameters import (
@@ -62,7 +62,7 @@ class SimulatorNode(LifecycleNode):
         self._stopping = stopping
         self.run: RunControl | None = None
         self.outputs: Outputs | None = None
-        self._gates: GateTopics | None = None
+        self._gate_topics: GateTopics | None = None
         self._error: InputError | None = None
         self.last_refusal: InputError | None = None
         self._starting = False
@@ -170,18 +170,28 @@ class SimulatorNode(LifecycleNode):
 
     def _make_run(self) -> None:
         self.commands.keep_all(self._in_lockstep)
-        self.outputs, self._gates = Outputs(self, self._values), None
+        self.outputs, self._gate_topics, gates = Outputs(self, self._values), None, None
         if self._in_lockstep:
-            self._gates = GateTopics(self, self._values, self.refuse, self._on_complete_gate)
+            topics = self._gate_topics = GateTopics(self, self._on_answer)
+            numbers = [int(item) for item in items_of(str(self._values["lockstep_controllers"]))]
+            warn = self.get_logger().error
+            gates = Gates(numbers, 0, topics.publishers, topics.announce, warn)
+            gates.set_timeout(self._values)
         self.run = RunControl(
-            self.get_fully_qualified_name(), self._values, self.outputs, gates=self._gates,
+            self.get_fully_qualified_name(), self._values, self.outputs, gates=gates,
             refuse=self.refuse, stopping=self._stopping,
             ros_now=lambda: int(self.get_clock().now().nanoseconds),
         )  # fmt: skip
 
-    def _on_complete_gate(self) -> None:
-        if self.run is not None:
-            self.run.tick(time.monotonic_ns())
+    def _on_answer(self, values: Iterable[int], number: int) -> None:
+        if self.run is None or self.run.gates is None:
+            return
+        try:
+            self.run.gates.answer(values, number)
+        except InputError as error:
+            self.refuse(error)
+            return
+        self.run.go_on()
 
     def _set_active(self, active: bool) -> None:
         assert self.run is not None
@@ -191,8 +201,8 @@ class SimulatorNode(LifecycleNode):
 
     def _discard(self) -> None:
         self._set_ticking(False)
-        topics, self.run = (self.outputs, self._gates), None
-        self.outputs = self._gates = None
+        topics, self.run = (self.outputs, self._gate_topics), None
+        self.outputs = self._gate_topics = None
         for one in topics:
             if one is not None:
                 one.destroy()
@@ -255,7 +265,7 @@ class SimulatorNode(LifecycleNode):
     def apply_impulse(self, request: ImpulseRequest) -> str:
         """Apply an impulse; why it was refused, or nothing."""
         before = self.last_refusal
-        if self.commands.apply_impulse(request):
+        if self.commands.accept(request):
             return ""
         refusal = self.last_refusal
         return refusal.line if refusal is not None and refusal is not before else "refused"
@@ -272,10 +282,18 @@ class SimulatorNode(LifecycleNode):
         """End the process in order, once the answer is sent."""
         self.trigger_shutdown()
 
-    @property
-    def gates(self) -> Gates | None:
-        """The gates that hold inputs: of a lockstep, or `holding`; None: inputs act at once."""
-        return self.holding if self.run is None or self.holding else self.run.gates
+    def hold(self, topic: str, number: int | None, data: bytes, act: Callable[[], object]) -> bool:
+        """Keep an input for a gate of a lockstep, or in `holding`; False: it is to act at once."""
+        gates = self.holding if self.run is None or self.holding else self.run.gates
+        if gates is None:
+            return False
+        try:
+            gates.hold(topic, number, data, act)
+        except InputError as error:
+            self.refuse(error)
+        if self.run is not None:
+            self.run.go_on()
+        return True
 
     def publish_consequences(self) -> None:
         """Publish what an accepted input has brought about."""

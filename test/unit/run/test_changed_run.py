@@ -167,3 +167,9 @@ def test_wrong_changes_and_records_are_refused(change: dict[str, float], line: s
     records = recorded().inputs
     with pytest.raises(InputError, match=line):
         what_if(records if change else records[1:], changes_of(change), NS)
+
+
+def test_records_out_of_order_are_refused_as_by_a_replay() -> None:
+    records = [*recorded().inputs[:2], recorded().inputs[1]]
+    with pytest.raises(InputError, match="rising index and time"):
+        what_if(records, changes_of({}), 10 * NS)

@@ -94,7 +94,7 @@ def test_an_offset_beyond_its_limits_changes_nothing() -> None:
     assert not commanded.session.advance(2 * NS)
     before = commanded.session.simulation.snapshot()
     for request, said in BEYOND_LIMITS:
-        assert not commanded.commands.trajectory(request)
+        assert not commanded.commands.accept(request)
         assert commanded.last is not None
         assert said in commanded.last.line
     assert commanded.session.simulation.snapshot() == before
@@ -105,13 +105,13 @@ def test_knots_ahead_are_limited() -> None:
     now = WALL_NS + 3600 * NS
     points = [TrajectoryPoint((0.0,), after_ns=t * 10**6) for t in range(1, 1001)]
     accepted = [
-        commanded.commands.trajectory(offset(*points, stamp_ns=now + k * 10**12)) for k in range(20)
+        commanded.commands.accept(offset(*points, stamp_ns=now + k * 10**12)) for k in range(20)
     ]
     assert sum(accepted) == 9  # of a thousand knots and a hold each
     assert commanded.last is not None
     assert "10000" in commanded.last.line
-    assert commanded.commands.trajectory(offset())
-    assert commanded.commands.trajectory(offset(*points, stamp_ns=now))
+    assert commanded.commands.accept(offset())
+    assert commanded.commands.accept(offset(*points, stamp_ns=now))
 
 
 def test_trajectories_that_wait_for_their_stamps_are_pending() -> None:
