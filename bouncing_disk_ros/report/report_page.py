@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedFormatter, FixedLocator
 
-from bouncing_disk_ros.figure_style import new_figure, typeset
-from bouncing_disk_ros.report.panel import PHASE_TEXTS, PHASE_TICKS, Panel, Series, SeriesStyle
+from bouncing_disk_ros.figure_style import mark_in_pi, new_figure, typeset
+from bouncing_disk_ros.report.panel import Panel, Series, SeriesStyle
 from bouncing_disk_ros.report.report_files import MARK
 from bouncing_disk_ros.report.report_panels import absent, headline, panels
 from bouncing_disk_ros.report.run_report import Report
@@ -97,8 +96,7 @@ def _scales(axes: Any, panel: Panel) -> None:
         axes.yaxis.get_major_formatter().set_useOffset(False)
     for is_phase, axis in ((panel.x_is_phase, axes.xaxis), (panel.y_is_phase, axes.yaxis)):
         if is_phase:
-            axis.set_major_locator(FixedLocator(PHASE_TICKS))
-            axis.set_major_formatter(FixedFormatter(PHASE_TEXTS))
+            mark_in_pi(axis, 0.5, math.pi)
 
 
 def _draw_series(axes: Any, part: Series) -> None:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from bouncing_disk_ros.colours import BLUE, DISK, GREY, PLATFORM, THEORY, VERMILION
 from bouncing_disk_ros.core.model import Motion
-from bouncing_disk_ros.figure_style import mark_in_pi, mark_turns, new_figure, typeset
+from bouncing_disk_ros.figure_style import mark_in_pi, new_figure, typeset
 from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one, velocity_scale
 from bouncing_disk_ros.report.panel import with_gaps
 from bouncing_disk_ros.report.run_record import RunRecord
@@ -152,7 +152,7 @@ def _section(axes: Any, record: RunRecord, motion: Motion | None) -> None:
     axes.set_xlim(0.0, 1.0)
     axes.margins(y=0.12)
     axes.set_title("Next-collision section, one point for each impact", **SETTINGS)
-    mark_turns(axes.xaxis)
+    mark_in_pi(axes.xaxis, 0.5, 0.5)
     axes.set_xlabel("forcing phase at impact τ (rad)")
     axes.set_ylabel(typeset("impact velocity w_A / (πg/ω)"))
 
