@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.colours import DISK, GREY, PLATFORM, VERMILION
 from bouncing_disk_ros.figure_style import mark_in_pi, new_figure, typeset
 from bouncing_disk_ros.report.orbit import orbit_of
-from bouncing_disk_ros.report.run_picture import SETTINGS
 from bouncing_disk_ros.units import NS
 
 if TYPE_CHECKING:
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
     Traces = Mapping[str, Trace]
     """The recorded run and the changed one, by their labels."""
 
+SETTINGS = {"fontsize": 11}
 STYLES = (
     {"color": DISK, "ls": "-", "marker": "o"},
     {"color": VERMILION, "ls": "--", "marker": "x"},

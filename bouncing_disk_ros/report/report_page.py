@@ -38,7 +38,7 @@ def panels_page(title: str, subtitle: str, drawn: Sequence[tuple[Panel, str]]) -
     for place, (panel, absence) in enumerate(drawn):
         alone = place == len(drawn) - 1 and place % 2 == 0
         axes = figure.add_subplot(grid[place // 2, :] if alone else grid[place // 2, place % 2])
-        _draw(axes, panel, absence)
+        draw_panel(axes, panel, absence)
     figure.suptitle(f"{_plain(title)}\n{typeset(_plain(subtitle))}", fontsize=12)
     return figure
 
@@ -54,7 +54,8 @@ def _plain(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def _draw(axes: Any, panel: Panel, absence: str) -> None:
+def draw_panel(axes: Any, panel: Panel, absence: str) -> None:
+    """Draw a panel; in an empty one stands `absence`, the reason."""
     axes.set_xlabel(typeset(panel.x_label))
     axes.set_ylabel(typeset(panel.y_label))
     has_legend = len(panel.series) > 1 and not panel.is_empty
