@@ -7,6 +7,7 @@ import math
 import numpy as np
 from matplotlib.figure import Figure
 
+from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.figure_style import new_figure, typeset
 from bouncing_disk_ros.maps.scales import PeriodOne, axial_forcing_of, period_one, velocity_scale
@@ -120,7 +121,7 @@ def _speeds(record: RunRecord, orbit: PeriodOne | None) -> Panel:
 def _section(record: RunRecord, motion: Motion | None, orbit: PeriodOne | None) -> Panel:
     """Next-collision section; lines join successive impacts by the shortest angular distance."""
     x, y = record.rows["forcing_phase"], record.rows["y"].astype(float)
-    step = (np.diff(x) + math.pi) % math.tau - math.pi
+    step = wrap_to_pi(np.diff(x))
     gap = np.full(len(step), np.nan)
     again = np.where(np.abs(np.diff(x)) > math.pi, 0.0, np.nan)  # over the edge: from both sides
     ends = np.stack((x[:-1], x[:-1] + step, gap, x[1:] - step + again, x[1:], gap), axis=1)
