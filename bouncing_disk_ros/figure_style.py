@@ -137,16 +137,10 @@ _HYPHEN = re.compile(r"(?<![\w)])-(?=[\d.]*\d)")
 """A hyphen before a number, where it means a minus; in period-1 it does not."""
 
 
-def mark_turns(axis: Any) -> None:
-    """Ticks of an axis of phase whose unit is a turn, from 0 to 1, as parts of π."""
-    axis.set_major_locator(MultipleLocator(0.25))
-    axis.set_major_formatter(FuncFormatter(lambda turns, _: in_pi(2.0 * turns)))
-
-
 def mark_in_pi(axis: Any, step: float = 0.5, half_turn: float = 1.0) -> None:
     """Ticks of an axis as parts of π: in steps of that many, coarser or finer where that fits.
 
-    `half_turn`: π in the unit of the axis.
+    `half_turn`: π in the unit of the axis; 0.5 where that is a turn.
     """
     low, high = (end / half_turn for end in sorted(axis.get_view_interval()))
     while high - low > _MOST_TICKS * step:

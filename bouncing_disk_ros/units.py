@@ -34,7 +34,7 @@ def decimal_in_pi(value: float) -> str:
     return "0" if abs(value) < 1e-12 else f"{value:.6g}π".replace("-", "−")
 
 
-def in_pi(value: float, _position: object = None) -> str:
+def in_pi(value: float) -> str:
     """A number of rad/π as a tick says it: −π/2, 0, π, and where that is no simple part 0.35π."""
     for whole in (1, 2, 4, 8):
         n = value * whole

@@ -13,13 +13,6 @@ from typing import Any, NamedTuple
 
 GRAVITY = 9.81
 """m/s²."""
-NAMES = (
-    "mass", "restitution", "friction", "friction_radius", "gyration_radius", "gravity", "preload",
-    "load_torque", "axial_amplitude", "angular_amplitude", "frequency", "phase_lag",
-    "initial_height", "initial_with_platform", "initial_axial_velocity", "initial_angular_velocity",
-    "initial_angle", "initial_forcing_phase",
-)  # fmt: skip
-"""The parameters of `simulate` that a case states, all of them."""
 _USUAL: Mapping[str, float | bool] = MappingProxyType({
     "mass": 1.0, "restitution": 0.5, "friction": 0.0, "friction_radius": 0.1,
     "gyration_radius": 0.1, "gravity": GRAVITY, "preload": 0.0, "load_torque": 0.0,

@@ -9,7 +9,7 @@ is found by iteration a little further on. The first complete chatter is found b
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -23,6 +23,7 @@ from bouncing_disk_ros.maps.periodic_orbit import (
     followed,
     periodic_orbit,
 )
+from bouncing_disk_ros.maps.scalar_search import root_between
 
 AXES = ("axial_forcing", "restitution")
 """The parameters that the axial part of an orbit depends on."""
@@ -166,33 +167,6 @@ def _critical(before: PeriodicOrbit, after: PeriodicOrbit, axis: str) -> Periodi
     low, high = getattr(before.map, axis), getattr(after.map, axis)
     root = root_between(defect, low, beyond_doubling(before), high, beyond_doubling(after))
     return moved(near, axis, root)
-
-
-def root_between(
-    function: Callable[[float], float], a: float, fa: float, b: float, fb: float
-) -> float:
-    """Root of a continuous function with fa ≥ 0 ≥ fb, to a few roundings.
-
-    The false position with the weight of the end that stays halved (Illinois), halving the bracket
-    where that does not.
-    """
-    for _ in range(200):
-        if fa == 0.0:
-            return a
-        if fb == 0.0 or abs(b - a) <= 4.0 * math.ulp(max(abs(a), abs(b))):
-            return b
-        width = abs(b - a)
-        c = b - fb * (b - a) / (fb - fa)
-        fc = function(c)
-        if fc > 0.0:
-            a, fa, fb = c, fc, 0.5 * fb
-        else:
-            b, fb, fa = c, fc, 0.5 * fa
-        if abs(b - a) > 0.5 * width:
-            c = 0.5 * (a + b)
-            fc = function(c)
-            a, fa, b, fb = (c, fc, b, fb) if fc > 0.0 else (a, fa, c, fc)
-    return b
 
 
 def _doubled(point: Doubling, axis: str, limit: float, step: float) -> PeriodicOrbit | None:

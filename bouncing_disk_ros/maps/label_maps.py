@@ -19,12 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.maps.student import student
 
 PIXELS = 2**25
 """About so many pixels of a map are in memory at a time."""
 FEWEST_SIZES = 3
-_STUDENT = (12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306)
-"""97.5 % of Student's t with 1, 2, 3 … degrees of freedom; the last one for more, too."""
 LARGEST = 256
 """Largest square and distance (pixels): blocks of a huge map overlap by so much."""
 
@@ -244,8 +243,7 @@ def _power_law(sizes: NDArray[np.int64], counts: NDArray[np.float64]) -> PowerLa
     scatter = math.sqrt(float(rest @ rest) / (n - 2) / float(x0 @ x0))
     half = n // 2 + 1
     bend = 0.5 * abs(_slope(x[-half:], y[-half:]) - _slope(x[:half], y[:half]))
-    quantile = _STUDENT[min(n - 2, len(_STUDENT)) - 1]
-    return PowerLaw(slope, math.hypot(quantile * scatter, bend), sizes, counts)
+    return PowerLaw(slope, math.hypot(student(n - 2) * scatter, bend), sizes, counts)
 
 
 def _slope(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:

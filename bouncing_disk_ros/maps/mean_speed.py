@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
 from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, ORBIT_DELAY, ORBIT_KIND
-from bouncing_disk_ros.maps.golden_section import golden_section
 from bouncing_disk_ros.maps.rotation_map import (
     MEAN_PER_TIME,
     MEASURED,
@@ -29,6 +28,7 @@ from bouncing_disk_ros.maps.rotation_map import (
     collision_orbit,
     measure_attractor,
 )
+from bouncing_disk_ros.maps.scalar_search import golden_section
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.maps.next_collision import NextCollisionMap

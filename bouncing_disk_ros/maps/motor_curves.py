@@ -29,18 +29,6 @@ def no_load_speed(motion: Motion, disk: Disk) -> float:
     return math.nan if orbit is None else orbit.angular_velocity
 
 
-def stall_torque(motion: Motion, disk: Disk) -> float:
-    """The active load at which the mean speed is 0, or friction gives way: min(T*, I ω |V|/π), N·m.
-
-    It has the sign of V. A brake has none.
-    """
-    speed = no_load_speed(motion, disk)
-    if math.isnan(speed):
-        return math.nan
-    balanced = 2.0 * disk.inertia * motion.frequency * speed
-    return math.copysign(min(friction_limit(disk), abs(balanced)), balanced)
-
-
 def _against(disk: Disk, sign: float) -> float:
     """The torque that slows a rotor which turns with this sign, N·m."""
     return disk.load_torque * sign + disk.brake_torque

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.angles import wrap_to_pi
-from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractor_search import CLEARLY, LONGEST
 from bouncing_disk_ros.maps.attractors import (
     LOWEST,
@@ -43,7 +43,6 @@ Ints = NDArray[np.int32]
 UNRESOLVED = -1
 REST, CHATTERING, PERIODIC, CHAOTIC = (list(AttractorKind).index(kind) for kind in AttractorKind)
 """Kinds by their number: the order of AttractorKind."""
-STARTS = ("period-1", "contact", "given")
 KEPT = 2 * LONGEST
 """Impacts in which a repetition is looked for."""
 _BESIDE = 1e-3
@@ -63,12 +62,6 @@ class Settled(NamedTuple):
     contacts: Floats  # phases of contact per impact
 
 
-def check_start(start: str) -> None:
-    """Raise InputError for a word that is none of STARTS."""
-    if start not in STARTS:
-        raise InputError("start", start, ", ".join(STARTS), closest(start, STARTS))
-
-
 def start_states(
     parameters: Floats, start: str = "period-1", phase: float = 0.0, velocity: float = -1.0
 ) -> Floats:
@@ -76,9 +69,8 @@ def start_states(
 
     period-1: 1e-3 rad beside the period-1 orbit, stable or not; where it does not exist, as
     contact: the disk lies on the platform at its lowest point. given: τ = `phase`, w_A = `velocity`
-    < 0. Raises InputError for another word.
+    < 0.
     """
-    check_start(start)
     axial_forcing, restitution, lag, _ = parameters.T
     tau, w = np.full(len(axial_forcing), phase % math.tau), np.full(len(axial_forcing), velocity)
     if start != "given":

@@ -23,7 +23,7 @@ from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Sample
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps import single_toss
-from bouncing_disk_ros.maps.golden_section import WIDTH, golden_section
+from bouncing_disk_ros.maps.scalar_search import WIDTH, golden_section
 from bouncing_disk_ros.maps.single_toss import TOSS_STUCK
 from bouncing_disk_ros.parameters import DEFAULTS, complete, spec_of
 from bouncing_disk_ros.units import NS

@@ -24,7 +24,6 @@ from bouncing_disk_ros.motor_study.motor_points import (
     MEANS,
     UNKNOWN_KIND,
     Run,
-    check_start,
     measure,
 )
 from bouncing_disk_ros.parameters import TABLE, Value
@@ -177,7 +176,6 @@ class Motor(PlaneStudy):
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
         given = self.parameters
-        check_start(str(given["start"]))
         if int(given["longest"]) < int(given["settling"]) + 2 * int(given["measured"]):
             least = int(given["settling"]) + 2 * int(given["measured"])
             raise InputError("longest", given["longest"], f">= settling + 2 measured = {least}")

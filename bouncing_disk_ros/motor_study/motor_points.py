@@ -24,7 +24,6 @@ from bouncing_disk_ros.core.layout import (
     disk_record,
 )
 from bouncing_disk_ros.core.model import Disk, Motion
-from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.maps.motor_curves import friction_limit, runs_away
 from bouncing_disk_ros.maps.scales import period_one, velocity_scale
 from bouncing_disk_ros.motor_study.motor_cell import (
@@ -55,7 +54,6 @@ from bouncing_disk_ros.motor_study.motor_cell import (
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int32]
 
-STARTS = ("period-1", "rest", "followed")
 UNKNOWN_KIND, BOUNCES, CHATTERS, CONTACT_ONLY, NOT_PERIODIC, RUNS_AWAY, UNSETTLED = range(-1, 6)
 KINDS: Mapping[int, str] = {
     UNKNOWN_KIND: "unresolved",
@@ -113,16 +111,10 @@ MEANS = (
 class Run(NamedTuple):
     """How each motor is run."""
 
-    start: str = "period-1"  # one of STARTS
+    start: str = "period-1"  # or rest, or followed
     settling: int = 300  # periods left out, at least
     measured: int = 512  # periods of the first stretch
     longest: int = 20_000  # periods in all
-
-
-def check_start(start: str) -> None:
-    """Raise InputError for a word that is none of STARTS."""
-    if start not in STARTS:
-        raise InputError("start", start, ", ".join(STARTS), closest(start, STARTS))
 
 
 def measure(motors: Sequence[tuple[Motion, Disk]], run: Run, row: int = 0) -> MotorMeans:

@@ -56,7 +56,8 @@ _SPECS = (
               while_unconfigured=False) for name, value in _SWUM.items()),
     Spec("start", "period-1", "", "where each point starts. period-1: beside the period-1 orbit, "
          "and as rest where there is none; rest: the rotor lies on the stator; followed: along x, "
-         "each from the last state of the one before, the first one as period-1"),
+         "each from the last state of the one before, the first one as period-1",
+         words=("period-1", "rest", "followed")),
     Spec("settling", 300, "", "least number of periods of the stator left out where the motion "
          "does not repeat", low=0, high=100_000_000),
     Spec("measured", 512, "", "periods of the first stretch for the means, where the state does "

@@ -10,9 +10,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import DISK, GREY, PLATFORM, VERMILION
-from bouncing_disk_ros.figure_style import mark_turns, new_figure, typeset
+from bouncing_disk_ros.figure_style import mark_in_pi, new_figure, typeset
 from bouncing_disk_ros.report.orbit import orbit_of
-from bouncing_disk_ros.report.run_picture import SETTINGS
 from bouncing_disk_ros.units import NS
 
 if TYPE_CHECKING:
@@ -21,6 +20,7 @@ if TYPE_CHECKING:
     Traces = Mapping[str, Trace]
     """The recorded run and the changed one, by their labels."""
 
+SETTINGS = {"fontsize": 11}
 STYLES = (
     {"color": DISK, "ls": "-", "marker": "o"},
     {"color": VERMILION, "ls": "--", "marker": "x"},
@@ -125,7 +125,7 @@ def _section(axes: Any, traces: Traces) -> None:
     axes.margins(y=0.12)
     kept = f", the newest {len(rows)} rows" if newest else ""
     axes.set_title(f"Next-collision section{kept}", **SETTINGS)
-    mark_turns(axes.xaxis)
+    mark_in_pi(axes.xaxis, 0.5, 0.5)
     axes.set_xlabel("forcing phase at impact τ (rad)")
     axes.set_ylabel(typeset("impact velocity w_A / (πg/ω)"))
     axes.legend(loc="best", fontsize=9)

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +24,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import counted
+from bouncing_disk_ros.maps.scalar_search import root_between
 from bouncing_disk_ros.report.recorded_offset import Offsets, axial_offset
 from bouncing_disk_ros.report.section import single_impacts
 
@@ -31,7 +33,6 @@ Column = NDArray[np.float64]
 LEVEL = 0.95
 LEAST_ROWS = 6
 """With fewer rows no two-sided test of 5 % exists: even the clearest signs have a chance 2/2⁵."""
-_NORMAL = 1.959963984540054  # 97.5 % of the normal distribution
 _EXACT_UP_TO = 60
 """From here on the normal approximation, with its continuity correction, has the same counts."""
 _MANY = 1000
@@ -98,7 +99,7 @@ def critical_count(n: int, chance: float) -> int:
             ways = np.concatenate((ways, np.zeros(rank))) + np.concatenate((np.zeros(rank), ways))
         cumulated = np.cumsum(ways) / 2.0**n
         return int(np.searchsorted(cumulated, chance, side="right")) - 1
-    quantile = _NORMAL if chance < 0.03 else 1.6448536269514722
+    quantile = NormalDist().inv_cdf(1.0 - chance)
     spread = math.sqrt(n * (n + 1) * (2 * n + 1) / 24.0)
     return math.floor(0.25 * n * (n + 1) - quantile * spread - 0.5)
 
@@ -120,48 +121,30 @@ def twice_rank_sum(d: Column) -> tuple[float, Column]:
 def _crossing(y: Column, x: Column, start: float, level: float, *, strict: bool) -> float:
     """Where twice the rank sum of y − r x, which falls with r, falls below `level` (strict: to it).
 
-    Found to a millionth of the scatter of the ratio, or to rounding, by the secant of an interval
-    that holds it; by halves where that is slow, as at the step of rows without errors.
+    Found to a millionth of the scatter of the ratio, or to rounding.
     """
+    aim = level + (0.25 if strict else -0.25)  # twice the rank sum is a multiple of 1/2
 
     def excess(r: float) -> float:
-        return twice_rank_sum(y - r * x)[0] - level
-
-    def passed(r: float) -> bool:
-        return excess(r) <= 0.0 if strict else excess(r) < 0.0
+        return twice_rank_sum(y - r * x)[0] - aim
 
     scatter = float(np.median(np.abs(y - start * x))) / abs(float(np.mean(x)))
     step = max(scatter / math.sqrt(len(y)), 4.0 * np.finfo(float).eps * max(abs(start), 1e-300))
-    low = _beyond(start, -step, lambda r: not passed(r))
-    high = _beyond(start, step, passed)
+    low, above = _beyond(excess, start, -step)
+    high, below = _beyond(excess, start, step)
     if math.isinf(low) or math.isinf(high):
         return low if math.isinf(low) else high
-    above, below = excess(low), excess(high)
-    secant = True
-    while high - low > 1e-6 * step:
-        width = high - low
-        part = above / (above - below) if secant and above > below else 0.5
-        middle = low + min(max(part, 0.02), 0.98) * width
-        if not low < middle < high:
-            middle = 0.5 * (low + high)
-        if middle in (low, high):
-            break
-        value = excess(middle)
-        if value < 0.0 or (strict and value == 0.0):
-            high, below, above = middle, value, 0.5 * above  # Illinois: the other end counts half
-        else:
-            low, above, below = middle, value, 0.5 * below
-        secant = high - low < 0.5 * width
-    return 0.5 * (low + high)
+    return root_between(excess, low, above, high, below, 1e-6 * step)
 
 
-def _beyond(start: float, step: float, reached: Callable[[float], bool]) -> float:
-    """The first of start + step, + 2 step, + 4 step, ... at which it is so; ±inf: at none."""
+def _beyond(falling: Callable[[float], float], start: float, step: float) -> tuple[float, float]:
+    """First of start + step, + 2 step, … on its side of the root, and its value; ±inf: none."""
     for _ in range(_DOUBLINGS):
-        if reached(start + step):
-            return start + step
+        value = falling(start + step)
+        if value * step < 0.0:
+            return start + step, value
         step *= 2.0
-    return math.copysign(math.inf, step)
+    return math.copysign(math.inf, step), math.nan
 
 
 def change_of(y: Column, x: Column, ratio: float, resolution: float = 0.0) -> int | None:

@@ -26,14 +26,14 @@ _COLUMNS = (
 )
 
 
-def _width(text: str) -> int:
+def terminal_width(text: str) -> int:
     """Columns on a terminal: combining marks take none."""
     return sum(1 for letter in text if not "\u0300" <= letter <= "\u036f")
 
 
 def _cell(text: str, width: int) -> str:
     """Right-justified; at least one space keeps columns apart whatever the value."""
-    return " " * max(1, width - _width(text)) + text
+    return " " * max(1, width - terminal_width(text)) + text
 
 
 def heading() -> str:

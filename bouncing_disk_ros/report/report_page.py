@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedFormatter, FixedLocator
 
-from bouncing_disk_ros.figure_style import new_figure, typeset
-from bouncing_disk_ros.report.panel import PHASE_TEXTS, PHASE_TICKS, Panel, Series, SeriesStyle
+from bouncing_disk_ros.figure_style import mark_in_pi, new_figure, typeset
+from bouncing_disk_ros.report.panel import Panel, Series, SeriesStyle
 from bouncing_disk_ros.report.report_files import MARK
 from bouncing_disk_ros.report.report_panels import absent, headline, panels
 from bouncing_disk_ros.report.run_report import Report
@@ -39,7 +38,7 @@ def panels_page(title: str, subtitle: str, drawn: Sequence[tuple[Panel, str]]) -
     for place, (panel, absence) in enumerate(drawn):
         alone = place == len(drawn) - 1 and place % 2 == 0
         axes = figure.add_subplot(grid[place // 2, :] if alone else grid[place // 2, place % 2])
-        _draw(axes, panel, absence)
+        draw_panel(axes, panel, absence)
     figure.suptitle(f"{_plain(title)}\n{typeset(_plain(subtitle))}", fontsize=12)
     return figure
 
@@ -55,7 +54,8 @@ def _plain(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def _draw(axes: Any, panel: Panel, absence: str) -> None:
+def draw_panel(axes: Any, panel: Panel, absence: str) -> None:
+    """Draw a panel; in an empty one stands `absence`, the reason."""
     axes.set_xlabel(typeset(panel.x_label))
     axes.set_ylabel(typeset(panel.y_label))
     has_legend = len(panel.series) > 1 and not panel.is_empty
@@ -97,8 +97,7 @@ def _scales(axes: Any, panel: Panel) -> None:
         axes.yaxis.get_major_formatter().set_useOffset(False)
     for is_phase, axis in ((panel.x_is_phase, axes.xaxis), (panel.y_is_phase, axes.yaxis)):
         if is_phase:
-            axis.set_major_locator(FixedLocator(PHASE_TICKS))
-            axis.set_major_formatter(FixedFormatter(PHASE_TEXTS))
+            mark_in_pi(axis, 0.5, math.pi)
 
 
 def _draw_series(axes: Any, part: Series) -> None:

@@ -6,6 +6,7 @@ A panel is a list of series with labels; series that are too long are downsample
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +35,7 @@ from bouncing_disk_ros.report.panel import (
 )
 from bouncing_disk_ros.report.recorded_offset import Offsets, axial_offset
 from bouncing_disk_ros.report.rotor_speed import Speeds, Transient, TransientKind, flown
-from bouncing_disk_ros.report.run_record import HealthReport
+from bouncing_disk_ros.report.run_record import HealthReport, State
 from bouncing_disk_ros.report.run_report import Report
 from bouncing_disk_ros.report.section import section_velocity, single_impacts, successive_impacts
 from bouncing_disk_ros.report.spans import RESET, Segment, known
@@ -193,17 +194,26 @@ def _series(report: Report, segment: Segment, motion: Motion) -> tuple[list[Seri
     if not states:
         return [], ""
     look = SeriesStyle.LINE if enough else SeriesStyle.POINTS
-    rows = rows[rows["time"] >= begin]
-    corners = np.stack((rows["time"], rows["axial_position"]), axis=1)
-    heights = [(state.time, state.disk_position, state.platform_position) for state in states]
+    drawn = sampled_heights(states, rows[rows["time"] >= begin], look)
+    return drawn, "" if enough else "Points: too few samples for curves. "
+
+
+def sampled_heights(
+    states: Sequence[State], rows: NDArray[np.void], look: SeriesStyle, longest: float = math.inf
+) -> list[Series]:
+    """Heights by samples and impacts; lines have gaps where samples are `longest` (s) apart."""
+    heights = [(state.time, state.platform_position, state.disk_position) for state in states]
     samples = np.array(heights).reshape(-1, 3)
-    path = np.concatenate((samples[:, :2], corners))  # samples miss the corners
+    corners = np.stack((rows["time"], rows["axial_position"]), axis=1)
+    path = np.concatenate((samples[:, ::2], corners))  # samples miss the corners
     path = path[np.argsort(path[:, 0], kind="stable")]
-    drawn = [
-        series("platform s", samples[:, 0], 1e3 * samples[:, 2], look, 3),
-        series("disk x", path[:, 0], 1e3 * path[:, 1], look, 0),
+    platform = with_gaps(samples[:, 0], 1e3 * samples[:, 1], longest)
+    disk = with_gaps(path[:, 0], 1e3 * path[:, 1], longest)
+    return [
+        series("platform s", *platform, look, 3),
+        series("disk x", *disk, look, 0),
+        *_impacts(rows),
     ]
-    return [*drawn, *_impacts(rows)], "" if enough else "Points: too few samples for curves. "
 
 
 def _impacts(rows: NDArray[np.void]) -> list[Series]:

@@ -12,6 +12,7 @@ from bouncing_disk_ros.maps.motor_curves import mean_speed, no_load_speed
 from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one
 from bouncing_disk_ros.parsing import read_json
 from bouncing_disk_ros.report.estimate import Estimate
+from bouncing_disk_ros.report.impact_text import terminal_width
 from bouncing_disk_ros.report.rotor_speed import FEWEST, Mean, RiseTime, Transient, TransientKind
 from bouncing_disk_ros.report.run_report import ABSENT, Pace, Report, SegmentReport
 from bouncing_disk_ros.report.spans import known
@@ -470,20 +471,15 @@ def _segment_cells(report: Report, place: int, part: SegmentReport) -> tuple[str
 
 
 def _columns(rows: list[tuple[str, ...]]) -> list[str]:
-    widths = [max(_width(row[place]) for row in rows) for place in range(len(rows[0]))]
+    widths = [max(terminal_width(row[place]) for row in rows) for place in range(len(rows[0]))]
     texts = {3, 6}
     return [
         "  "
         + "  ".join(
-            cell + " " * (width - _width(cell))
+            cell + " " * (width - terminal_width(cell))
             if place in texts
-            else " " * (width - _width(cell)) + cell
+            else " " * (width - terminal_width(cell)) + cell
             for place, (cell, width) in enumerate(zip(row, widths, strict=True))
         ).rstrip()
         for row in rows
     ]
-
-
-def _width(text: str) -> int:
-    """Columns on a terminal: combining marks take none."""
-    return sum(1 for letter in text if not "\u0300" <= letter <= "\u036f")

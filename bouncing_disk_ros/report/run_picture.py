@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from bouncing_disk_ros.colours import BLUE, DISK, GREY, PLATFORM, THEORY, VERMILION
+from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.core.model import Motion
-from bouncing_disk_ros.figure_style import mark_in_pi, mark_turns, new_figure, typeset
-from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one, velocity_scale
-from bouncing_disk_ros.report.panel import with_gaps
+from bouncing_disk_ros.figure_style import new_figure, typeset
+from bouncing_disk_ros.maps.scales import PeriodOne, axial_forcing_of, period_one, velocity_scale
+from bouncing_disk_ros.report.panel import Panel, SeriesStyle, series, with_gaps
+from bouncing_disk_ros.report.report_page import draw_panel
+from bouncing_disk_ros.report.report_panels import PHASE, TIME, VELOCITY, sampled_heights
 from bouncing_disk_ros.report.run_record import RunRecord
 from bouncing_disk_ros.report.run_summary import last_orbit
 from bouncing_disk_ros.units import NS
 
-SETTINGS = {"fontsize": 11}
 TOSS_SECONDS = (0.7, 3.3)
 """What the first panel shows before and after the first toss."""
 _GAP = 5.0
@@ -31,19 +31,25 @@ def run_picture(record: RunRecord, title: str) -> Figure:
 
     >>> run_picture(read_run("run_1"), "run 1")
     """
-    figure = new_figure(11.0, 10.0)
-    heights, speeds, section, phases = figure.subplot_mosaic(
+    figure = new_figure(11.0, 10.5)
+    axes = figure.subplot_mosaic(
         [["heights", "heights"], ["speeds", "speeds"], ["section", "phases"]],
         height_ratios=[1.0, 0.8, 1.25],
-    ).values()
+    )
     motion = record.motion or (record.motions[-1].target if record.motions else None)
-    _heights(heights, record)
-    _speeds(speeds, record, motion)
-    _section(section, record, motion)
-    _phases(phases, record, motion)
-    for axes in (heights, speeds, section, phases):
-        axes.grid(visible=True, color="#dddddd", linewidth=0.6)
-        axes.set_axisbelow(True)
+    orbit = period_one(motion, record.disk) if motion else None
+    panels = {
+        "heights": _heights(record),
+        "speeds": _speeds(record, orbit),
+        "section": _section(record, motion, orbit),
+        "phases": _phases(record, orbit),
+    }
+    for name, panel in panels.items():
+        draw_panel(axes[name], panel, "nothing recorded")
+    axes["section"].margins(y=0.12)
+    for number, row in enumerate(record.rows[:NUMBERED], 1):
+        place = (row["forcing_phase"], row["y"])
+        axes["section"].annotate(str(number), place, (5, 4), textcoords="offset points", fontsize=9)
     subtitle = _subtitle(record, motion)
     figure.suptitle(f"{title}\n{subtitle}" if subtitle else title, fontsize=13)
     return figure
@@ -80,95 +86,62 @@ def _first_toss(record: RunRecord) -> float:
     return record.states[0].time + TOSS_SECONDS[0] if record.states else 0.0
 
 
-def _heights(axes: Any, record: RunRecord) -> None:
+def _heights(record: RunRecord) -> Panel:
     """Height of disk and platform around the first toss."""
     before, after = TOSS_SECONDS
-    begin = _first_toss(record) - before
-    end = begin + before + after
+    begin, end = _first_toss(record) - before, _first_toss(record) + after
     rows = record.rows
     rows = rows[(rows["time"] >= begin) & (rows["time"] <= end)]
     states = [state for state in record.states if begin <= state.time <= end]
-    platform = [(state.time, state.platform_position) for state in states]
-    disk = [(state.time, state.disk_position) for state in states]
-    disk += zip(rows["time"], rows["axial_position"], strict=True)  # the samples miss the corners
-    for points, color, label in ((platform, PLATFORM, "platform s"), (disk, DISK, "disk x")):
-        places, values = np.array(sorted(points)).reshape(-1, 2).T
-        x, y = with_gaps(places, values, _longest_step(record))
-        axes.plot(x, 1e3 * y, color=color, lw=1.6, label=label)
-    axes.plot(rows["time"], 1e3 * rows["axial_position"], "o", color=VERMILION, ms=5,
-              label="impact")  # fmt: skip
-    for motion in record.motions:
-        if motion.begin_ns < motion.end_ns and begin <= motion.end_ns / NS <= end:
-            axes.axvspan(motion.begin_ns / NS, motion.end_ns / NS, color=GREY, alpha=0.18, lw=0)
-    axes.plot([], [], color=GREY, alpha=0.4, lw=8, label="platform changes its motion")
-    axes.set_xlim(begin, end)
-    axes.set_title("The first toss and the change of motion", **SETTINGS)
-    axes.set_xlabel("simulated time t (s)")
-    axes.set_ylabel("height x, s (mm)")
-    axes.legend(loc="upper left", ncols=4, fontsize=9)
-    low, high = axes.get_ylim()
-    axes.set_ylim(low, high + 0.22 * (high - low))
+    changes = [
+        (motion.begin_ns / NS, motion.end_ns / NS)
+        for motion in record.motions
+        if motion.begin_ns < motion.end_ns and begin <= motion.end_ns / NS <= end
+    ]
+    return Panel(
+        "The first toss and the change of motion (grey)", TIME, "height x, s (mm)",
+        sampled_heights(states, rows, SeriesStyle.LINE, _longest_step(record)),
+        spans=changes, x_range=(begin, end),
+    )  # fmt: skip
 
 
-def _speeds(axes: Any, record: RunRecord, motion: Motion | None) -> None:
+def _speeds(record: RunRecord, orbit: PeriodOne | None) -> Panel:
     """Rotor speed over the whole run, with eq. 4."""
-    states = np.array(record.states)
-    if len(states):
+    span, drawn = _span(record), []
+    if record.states:
+        states = np.array(record.states)
         line = with_gaps(states[:, 0], states[:, 3], _longest_step(record))
-        axes.plot(*line, color=DISK, lw=1.6, label="disk α̇")
-        axes.set_xlim(_span(record))
-    orbit = period_one(motion, record.disk) if motion else None
-    if orbit is not None:
-        label = f"ωΦ cos(τ_imp + θ) = {orbit.angular_velocity:.2f} rad/s (eq. 4)"
-        axes.axhline(orbit.angular_velocity, color=THEORY, ls="--", lw=1.4, label=typeset(label))
-        low, high = axes.get_ylim()
-        level = orbit.angular_velocity
-        axes.set_ylim(min(low, 0.88 * level), max(high, 1.12 * level))
-    axes.set_title("Rotor speed", **SETTINGS)
-    axes.set_xlabel("simulated time t (s)")
-    axes.set_ylabel("angular velocity α̇ (rad/s)")
-    if axes.lines:
-        axes.legend(loc="lower right", fontsize=9)
+        drawn.append(series("disk α̇", *line, SeriesStyle.LINE))
+    if orbit is not None and span is not None:
+        name = f"ωΦ cos(τ_imp + θ) = {orbit.angular_velocity:.2f} rad/s (eq. 4)"
+        drawn.append(series(name, span, [orbit.angular_velocity] * 2, SeriesStyle.DASHED, 1))
+    return Panel("Rotor speed", TIME, "angular velocity α̇ (rad/s)", drawn, x_range=span)
 
 
-def _section(axes: Any, record: RunRecord, motion: Motion | None) -> None:
-    """Next-collision section; the first impacts have their number."""
-    rows = record.rows
-    x, y = rows["x"].astype(float), rows["y"].astype(float)
-    for i in range(len(rows) - 1):  # by the shortest angular distance
-        step = (x[i + 1] - x[i] + 0.5) % 1.0 - 0.5
-        for begin, end in ((x[i], x[i] + step), (x[i + 1] - step, x[i + 1])):
-            axes.plot((begin, end), y[i : i + 2], color=GREY, lw=0.7, zorder=2)
-    axes.plot(x, y, "o", color=BLUE, ms=5, zorder=3, label="impact")
-    for i in range(min(NUMBERED, len(rows))):
-        axes.annotate(str(i + 1), (x[i], y[i]), (5, 4), textcoords="offset points", fontsize=9)
-    orbit = period_one(motion, record.disk) if motion else None
+def _section(record: RunRecord, motion: Motion | None, orbit: PeriodOne | None) -> Panel:
+    """Next-collision section; lines join successive impacts by the shortest angular distance."""
+    x, y = record.rows["forcing_phase"], record.rows["y"].astype(float)
+    step = wrap_to_pi(np.diff(x))
+    gap = np.full(len(step), np.nan)
+    again = np.where(np.abs(np.diff(x)) > math.pi, 0.0, np.nan)  # over the edge: from both sides
+    ends = np.stack((x[:-1], x[:-1] + step, gap, x[1:] - step + again, x[1:], gap), axis=1)
+    levels = np.stack((y[:-1], y[1:], gap) * 2, axis=1)
+    drawn = [
+        series("to the next one", ends.ravel(), levels.ravel(), SeriesStyle.LINE, 4),
+        series("impact", x, y),
+    ]
     if motion is not None and orbit is not None:
-        scale = velocity_scale(motion, record.disk)
-        point = (orbit.forcing_phase / math.tau, orbit.axial_impact_velocity / scale)
-        cross = {"color": THEORY, "ms": 22, "mew": 2, "zorder": 4}
-        axes.plot(*point, "+", label="period-1 orbit, theory", **cross)
-        axes.legend(loc="upper right", fontsize=9, markerscale=0.5)
-    axes.set_xlim(0.0, 1.0)
-    axes.margins(y=0.12)
-    axes.set_title("Next-collision section, one point for each impact", **SETTINGS)
-    mark_turns(axes.xaxis)
-    axes.set_xlabel("forcing phase at impact τ (rad)")
-    axes.set_ylabel(typeset("impact velocity w_A / (πg/ω)"))
+        level = orbit.axial_impact_velocity / velocity_scale(motion, record.disk)
+        place = ([orbit.forcing_phase], [level])
+        drawn.append(series("period-1 orbit, theory", *place, SeriesStyle.CROSSES, 1))
+    return Panel("Next-collision section", PHASE, VELOCITY, drawn, x_is_phase=True)
 
 
-def _phases(axes: Any, record: RunRecord, motion: Motion | None) -> None:
+def _phases(record: RunRecord, orbit: PeriodOne | None) -> Panel:
     """Phase of each impact over time."""
-    rows = record.rows
-    axes.plot(rows["time"], rows["forcing_phase"], "o", color=BLUE, ms=4, label="impact")
-    orbit = period_one(motion, record.disk) if motion else None
-    if orbit is not None:
-        label = f"τ_imp = {orbit.forcing_phase:.4f} rad (period 1)"
-        axes.axhline(orbit.forcing_phase, color=THEORY, ls="--", lw=1.4, label=typeset(label))
-        axes.legend(loc="upper right", fontsize=9)
-    axes.set_ylim(0.0, math.tau)
-    mark_in_pi(axes.yaxis, 0.5, math.pi)
-    axes.set_xlim(_span(record))
-    axes.set_title("Forcing phase of each impact", **SETTINGS)
-    axes.set_xlabel("simulated time t (s)")
-    axes.set_ylabel("forcing phase τ (rad)")
+    span = _span(record)
+    drawn = [series("impact", record.rows["time"], record.rows["forcing_phase"])]
+    if orbit is not None and span is not None:
+        name = f"τ_imp = {orbit.forcing_phase:.4f} rad (period 1)"
+        drawn.append(series(name, span, [orbit.forcing_phase] * 2, SeriesStyle.DASHED, 1))
+    return Panel("Forcing phase of the impacts", TIME, PHASE, drawn, x_range=span, y_is_phase=True)

@@ -20,6 +20,7 @@ from bouncing_disk_ros.maps.axial_map import (
 )
 from bouncing_disk_ros.maps.map_tangent import flight_tangents, log_growth
 from bouncing_disk_ros.maps.scales import axial_forcing_of, velocity_scale
+from bouncing_disk_ros.maps.student import student
 from bouncing_disk_ros.report.estimate import Estimate
 from bouncing_disk_ros.report.section import single_impacts
 
@@ -36,7 +37,6 @@ growth than that, kept up, is no slow departure."""
 CONTINUED = 20_000
 """Impacts by which an orbit is continued before it is called chaotic."""
 BATCHES = 20
-_STUDENT = 2.093024  # 97.5 % of Student's t with BATCHES − 1 degrees of freedom
 
 
 class Path(NamedTuple):
@@ -130,7 +130,7 @@ def chaos_of(path: Path) -> Estimate | None:
 def exponent_of(growth: Values) -> Estimate:
     """Mean growth with its 95 % interval from the means of `BATCHES` batches."""
     means = np.array([np.mean(batch) for batch in np.array_split(growth, BATCHES)])
-    wide = _STUDENT * float(np.std(means, ddof=1)) / math.sqrt(BATCHES)
+    wide = student(BATCHES - 1) * float(np.std(means, ddof=1)) / math.sqrt(BATCHES)
     value = float(np.mean(growth))
     return Estimate(value, value - wide, value + wide, len(growth), "")
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.maps.student import student
 from bouncing_disk_ros.report.estimate import Estimate
 
 Values = NDArray[np.float64]
@@ -22,7 +23,6 @@ _TRIALS = 200
 _LONGEST = 100.0
 """Time constants beyond this many spans are a straight line."""
 _ROUNDING = 1e-13
-_NORMAL = 1.959963984540054
 _CHI_SQUARE = {1: 10.828, 3: 16.266}
 """99.9 % of χ² by degrees of freedom: how sure a less simple curve must be."""
 
@@ -96,7 +96,7 @@ def interval(found: Fit, times: Values, speeds: Values, count: float) -> Estimat
     """95 % interval of a line's or ramp's slope (rad/s²), or of a time constant (s)."""
     n = len(times)
     free = max(count - 3.0, 1.0)
-    quantile = _student(free)
+    quantile = student(free)
     if found.curve is not Curve.EXPONENTIAL:
         basis = _basis(found.curve, found.shape, times)
         columns = [np.ones(n), basis]
@@ -199,14 +199,3 @@ def _polished(found: Fit, low: float, high: float, times: Values, speeds: Values
 def _misfit(errors: Values, speeds: Values) -> float:
     rounding = 1e-15 * max(float(np.max(np.abs(speeds))), 1e-130)
     return float(errors @ errors) + len(errors) * rounding**2
-
-
-def _student(free: float) -> float:
-    """97.5 % of Student's t (Cornish and Fisher's series, good from 3 degrees of freedom on)."""
-    z = _NORMAL
-    return (
-        z
-        + (z**3 + z) / (4.0 * free)
-        + (5.0 * z**5 + 16.0 * z**3 + 3.0 * z) / (96.0 * free**2)
-        + (3.0 * z**7 + 19.0 * z**5 + 17.0 * z**3 - 15.0 * z) / (384.0 * free**3)
-    )

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.axial_flights import clearance_of
-from bouncing_disk_ros.maps.continuation import root_between
+from bouncing_disk_ros.maps.scalar_search import root_between
 
 Array = NDArray[np.float64]
 Values = NDArray[Any]  # float64 or complex128

@@ -264,9 +264,7 @@ def as_record(splice: Splice) -> dict[str, list[list[float | int]]]:
 _MOST = 3  # position, velocity, acceleration
 
 
-def trajectory_of(
-    rows: Sequence[tuple[Any, Mapping[str, Any]]], field: str = "trajectory"
-) -> TrajectoryRequest:
+def trajectory_of(rows: Sequence[tuple[Any, Mapping[str, Any]]]) -> TrajectoryRequest:
     """The request that (time in s, {joint: values}) stand for; not validated yet.
 
     Values are a position, or a list of position, velocity and acceleration as far as given. The
@@ -275,11 +273,11 @@ def trajectory_of(
     for i, row in enumerate(rows):
         fits = isinstance(row, (list, tuple)) and len(row) == 2 and isinstance(row[1], Mapping)
         if not fits:
-            raise InputError(f"{field}[{i}]", row, "(time in s, {joint: values})")
+            raise InputError(f"trajectory[{i}]", row, "(time in s, {joint: values})")
     names = tuple(rows[0][1]) if rows else ()
     points = []
     for i, (time, values) in enumerate(rows):
-        where = f"{field}[{i}]"
+        where = f"trajectory[{i}]"
         for name in values:
             if name not in OFFSET_JOINTS:
                 hint = closest(str(name), OFFSET_JOINTS)
@@ -293,7 +291,7 @@ def trajectory_of(
         positions, velocities, accelerations = [*columns, (), (), ()][:_MOST]
         after = instant(f"{where} time", time)
         points.append(TrajectoryPoint(positions, velocities, accelerations, after_ns=after))
-    return TrajectoryRequest(names, tuple(points), field=field)
+    return TrajectoryRequest(names, tuple(points), field="trajectory")
 
 
 def _numbers(field: str, given: Any) -> list[float]:

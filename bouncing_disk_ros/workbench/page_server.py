@@ -109,11 +109,6 @@ class PageServer:
         host = "localhost" if is_local(self._address) else _host(self._address)
         return f"http://{host}:{self.port}/?token={self.token}"
 
-    @property
-    def sessions(self) -> int:
-        """Pages that are open."""
-        return len(self.server.get_sessions(PATH))
-
     def close(self) -> None:
         """Stop listening and end the sessions."""
         self.server.stop()

@@ -233,7 +233,8 @@ def test_a_study_runs_by_name_and_as_a_function(tmp_path: Path) -> None:
     stored = run_study(named("basins", **SMALL), tmp_path / "r.zarr", workers=1)
     assert stored is not None
     by_name = run_study("basins", **SMALL)
-    as_function = bouncing_disk_ros.basins(**SMALL)
+    sent = pickle.loads(pickle.dumps(bouncing_disk_ros.basins))  # as to a worker
+    as_function = sent(**SMALL)
     assert by_name is not None
     for result in (by_name, as_function):
         assert result.identical(stored.load()), "kept in memory alone, with the same bits"

@@ -93,8 +93,6 @@ class Basins(Study):
         given = self.parameters
         self._map = NextCollisionMap(float(given["axial_forcing"]), float(given["restitution"]))
         refuse_conservative(self._map.restitution)
-        if given["velocity"] not in ("before", "after"):
-            raise InputError("velocity", given["velocity"], "before or after")
         for low, high in (("phase_begin", "phase_end"), ("velocity_begin", "velocity_end")):
             if not float(given[low]) < float(given[high]):
                 allowed = f"less than {high} = {float(given[high]):g}"

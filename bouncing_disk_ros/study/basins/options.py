@@ -36,7 +36,7 @@ _SPECS = (
     Spec("velocity_begin", -5.0, "πg/ω", "window: least relative velocity", low=-1e3, high=0.0),
     Spec("velocity_end", 0.0, "πg/ω", "window: largest relative velocity", low=-1e3, high=0.0),
     Spec("velocity", "before", "", "which velocity the window shows: before (w_A, before the first "
-         "impact) or after (−u, u = −ε w_A, after it)"),
+         "impact) or after (−u, u = −ε w_A, after it)", words=("before", "after")),
     Spec("tolerance", 1e-4, "", "distance (rad and πg/ω) at which an orbit counts as on an "
          "attractor", low=1e-12, high=0.1),
     Spec("cap", 0, "", "impacts after which a start is unresolved; 0: enough for the slowest "

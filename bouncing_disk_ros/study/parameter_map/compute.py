@@ -15,7 +15,6 @@ from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.parameter_plane import (
     UNRESOLVED,
     Settled,
-    check_start,
     settle_states,
     start_states,
 )
@@ -60,7 +59,6 @@ class ParameterMap(PlaneStudy):
     def _check_start(self) -> None:
         given = self.parameters
         start = str(given["start"])
-        check_start(start)
         if start == "given":
             if not float(given["initial_velocity"]) < 0.0:
                 hint = "It is w_A of the first impact; start:=contact: it lies on the platform."

@@ -41,7 +41,7 @@ _SPECS = (
     *map_options("where it is not an axis"),
     Spec("start", "period-1", "", "where each point starts. period-1: beside the period-1 orbit, "
          "and as contact where there is none; contact: the disk lies on the platform; given: "
-         "initial_phase and initial_velocity"),
+         "initial_phase and initial_velocity", words=("period-1", "contact", "given")),
     Spec("initial_phase", 0.0, "rad", "forcing phase of the first impact, with start:=given", "τ",
          low=-1e3, high=1e3),
     Spec("initial_velocity", 0.0, "πg/ω", "w_A of the first impact, with start:=given", "w_A",

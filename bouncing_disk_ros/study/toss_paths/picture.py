@@ -23,10 +23,10 @@ DPI = 200
 """Of PNG files, and of the images within vector figures."""
 
 
-def toss_title(phase_lag: float, amplitude_angle: float, kind: str = "") -> str:
-    """Name of a toss: its kind, θ and φ_L (rad) as parts of π."""
+def toss_title(phase_lag: float, amplitude_angle: float) -> str:
+    """Name of a toss: θ and φ_L (rad) as parts of π."""
     lag, angle = in_pi(phase_lag / math.pi), in_pi(amplitude_angle / math.pi)
-    return rf"{kind + ', ' if kind else ''}$\theta$ = {lag}, $\phi_L$ = {angle}"
+    return rf"$\theta$ = {lag}, $\phi_L$ = {angle}"
 
 
 # Fig. 1 -------------------------------------------------------------------------------------------

@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 from bouncing_disk_ros.core.model import InitialState, Phase
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.golden_section import golden_section
 from bouncing_disk_ros.maps.single_toss import (
     TOSS_NONE,
     TOSS_SLID,
@@ -278,14 +277,3 @@ def test_a_ridge_may_be_missing_or_never_end() -> None:
     line = ridge(gripping, 50)
     assert line.end == line.amplitude_angle[-1]
     np.testing.assert_allclose(line.speed_ratio, 1.0, rtol=0, atol=4 * EPS)
-
-
-def test_golden_section_finds_creases_and_hills() -> None:
-    place, value = golden_section(lambda x: 3.0 - abs(x - 0.7), -1.0, 2.0)
-    assert place == pytest.approx(0.7, abs=1e-12)
-    assert value == pytest.approx(3.0, abs=1e-12)
-    place, value = golden_section(lambda x: 1.0 - (x - 0.3) ** 2, 0.0, 1.0)
-    assert place == pytest.approx(0.3, abs=3e-8)  # √(2 ε)
-    assert value == 1.0
-    place, _ = golden_section(lambda x: x if x < 0.5 else math.nan, 0.0, 1.0)
-    assert place == pytest.approx(0.5, abs=1e-12)

@@ -45,7 +45,7 @@ def test_a_map_of_preload_and_load_has_stall_and_no_load_speed(tmp_path: Path) -
             motor_curves.no_load_speed(motion, disk), rel=1e-9
         )
         assert float(found["stall_torque"][i]) == pytest.approx(
-            motor_curves.stall_torque(motion, disk), rel=1e-9
+            motor_curves.friction_limit(disk), rel=1e-9
         )
         row = found["mean_speed"].values[i]
         beyond = found["load_torque"].values > motor_curves.friction_limit(disk)

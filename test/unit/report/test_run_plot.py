@@ -21,6 +21,8 @@ from bouncing_disk_ros.run.simulate import simulate
 from support.figure_boxes import flaws
 from support.recorded import listened
 
+PHASE = r"forcing phase at impact $τ_{\mathrm{imp}}$ (rad)"
+
 
 @cache
 def first_toss() -> RunRecord:
@@ -47,8 +49,8 @@ def test_panels_say_what_they_show(tmp_path: Path) -> None:
     assert labels == {
         ("simulated time t (s)", "height x, s (mm)"),
         ("simulated time t (s)", "angular velocity α̇ (rad/s)"),
-        ("forcing phase at impact τ (rad)", r"impact velocity $w_{\mathrm{A}}$ / (πg/ω)"),
-        ("simulated time t (s)", "forcing phase τ (rad)"),
+        (PHASE, r"impact velocity $w_{\mathrm{A}}$/(πg/ω)"),
+        ("simulated time t (s)", PHASE),
     }
     assert flaws(figure) == []
     assert figure.get_suptitle().startswith("a title\nat the end: axial forcing Γ = 0.450")

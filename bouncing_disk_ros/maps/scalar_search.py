@@ -1,4 +1,4 @@
-"""The maximum of a function of one variable, from its values alone."""
+"""Maximum and root of a function of one variable, from its values alone."""
 
 from __future__ import annotations
 
@@ -38,3 +38,35 @@ def golden_section(
             fb = value(b)
             best = max(best, (fb, b))
     return best[1], best[0]
+
+
+def root_between(
+    function: Callable[[float], float],
+    a: float,
+    fa: float,
+    b: float,
+    fb: float,
+    width: float = 0.0,
+) -> float:
+    """Root of a function with fa ≥ 0 ≥ fb, to `width` or a few roundings: the end where it is ≤ 0.
+
+    The false position with the weight of the end that stays halved (Illinois), halving the bracket
+    where that does not.
+    """
+    for _ in range(200):
+        if fa == 0.0:
+            return a
+        before = abs(b - a)
+        if fb == 0.0 or before <= max(width, 4.0 * math.ulp(max(abs(a), abs(b)))):
+            return b
+        c = b - fb * (b - a) / (fb - fa)
+        fc = function(c)
+        if fc > 0.0:
+            a, fa, fb = c, fc, 0.5 * fb
+        else:
+            b, fb, fa = c, fc, 0.5 * fa
+        if abs(b - a) > 0.5 * before:
+            c = 0.5 * (a + b)
+            fc = function(c)
+            a, fa, b, fb = (c, fc, b, fb) if fc > 0.0 else (a, fa, c, fc)
+    return b
