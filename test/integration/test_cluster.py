@@ -15,17 +15,18 @@ from support.studies import VALUES, Murderous, Patient, Products
 TEST = Path(__file__).resolve().parents[1]
 
 
-@pytest.fixture
-def scheduler(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[str]:
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """The address of a scheduler with two worker processes that know the tests' studies."""
     distributed = pytest.importorskip("distributed")
-    monkeypatch.setenv("PYTHONPATH", f"{TEST.parent}:{TEST}")
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None,
-        scheduler_kwargs={"dashboard_address": ":0"},  # not 8787, which another test may take
-        local_directory=str(tmp_path), silence_logs=50,
-    ) as cluster:  # fmt: skip
-        yield cluster.scheduler_address
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONPATH", f"{TEST.parent}:{TEST}")
+        with distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None,
+            scheduler_kwargs={"dashboard_address": ":0"},  # not 8787, which another test may take
+            local_directory=str(tmp_path_factory.mktemp("dask")), silence_logs=50,
+        ) as cluster:  # fmt: skip
+            yield cluster.scheduler_address
 
 
 def test_workers_store_what_they_compute_and_a_lost_one_costs_its_region_only(

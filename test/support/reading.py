@@ -12,22 +12,30 @@ from bouncing_disk_ros.errors import InputError
 
 
 def read_all(path: str | Path) -> list[str]:
-    """Read a bag in every way; the refusals (BagError, InputError), one line each."""
+    """Read a bag in every way; the refusals (BagError, InputError), one line each.
+
+    Topics are decoded one by one only if they cannot be decoded together: one that is refused hides
+    what comes after it.
+    """
     refused: list[str] = []
 
-    def attempt(work: Callable[[], object]) -> None:
+    def attempt(work: Callable[[], object]) -> bool:
         try:
             work()
         except (bag.BagError, InputError) as error:
             refused.append(str(error))
+            return False
+        return True
 
     def everything() -> None:
         with bag.open(path) as run:
             run.info()
             attempt(lambda: run.attachments)
-            attempt(lambda: sum(1 for _ in run.messages()))
+            if not attempt(partial(_decoded, run)):
+                attempt(lambda: sum(1 for _ in run.messages()))
+                for name in run.topics:
+                    attempt(partial(_decoded, run, name))
             for name, topic in run.topics.items():
-                attempt(partial(_decoded, run, name))
                 attempt(partial(run.columns, name))
                 if topic.type == CLOUD:
                     attempt(partial(run.rows, name, 0, 2**62))
@@ -37,5 +45,5 @@ def read_all(path: str | Path) -> list[str]:
     return refused
 
 
-def _decoded(run: bag.Bag, topic: str) -> int:
+def _decoded(run: bag.Bag, topic: str | None = None) -> int:
     return sum(1 for _ in run.decoded(topic))
