@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-from typing import NamedTuple
 
 from bouncing_disk_ros.core.offset import Offset
 from bouncing_disk_ros.errors import InputError, counted
@@ -12,12 +11,11 @@ from bouncing_disk_ros.maps.motor_curves import mean_speed, no_load_speed
 from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one
 from bouncing_disk_ros.parsing import read_json
 from bouncing_disk_ros.report.estimate import Estimate
+from bouncing_disk_ros.report.panel import Pairs, Table
 from bouncing_disk_ros.report.rotor_speed import FEWEST, Mean, RiseTime, Transient, TransientKind
 from bouncing_disk_ros.report.run_report import ABSENT, Pace, Report, SegmentReport
 from bouncing_disk_ros.report.spans import known
 from bouncing_disk_ros.units import NS, with_prefix
-
-Pairs = list[tuple[str, str]]
 
 
 def span_text(report: Report, begin: float, end: float) -> str:
@@ -168,13 +166,6 @@ def _flat(value: object) -> str:
 
 
 LAST_ONLY = "by platform/motion, which has only the last change of each slice of work"
-
-
-class Table(NamedTuple):
-    """A heading and its lines: what, and its value in words."""
-
-    title: str
-    rows: Pairs
 
 
 def tables(report: Report) -> list[Table]:
