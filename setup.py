@@ -95,7 +95,7 @@ setup(
             "python-flint"
         ],  # ball arithmetic: `bag_report --prove`, and the referee of the tests
         "netcdf": ["netCDF4>=1.6"],  # results of studies exported
-        "measured": ["scipy", "soundfile"],  # `fit_impacts`: its numbers, and sounds from files
+        "measured": ["soundfile"],  # `fit_impacts`: sounds from files
         "cluster": ["distributed"],  # studies on many machines
         # what `make bench` measures beside this package; without them it skips their rows by name
         "bench": [

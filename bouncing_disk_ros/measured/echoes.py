@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d
+
+from bouncing_disk_ros.measured.filters import running_maximum
 
 Array = NDArray[np.float64]
 # All of these are chosen, and tried on made sounds only: _SHARE from 0.5 to 0.75 made no clear
@@ -34,7 +35,7 @@ def without_echoes(
     hits that stay come at equal intervals, as on an orbit that has settled, nothing tells an echo
     from a weak impact, and all stay.
     """
-    around = maximum_filter1d(energy, 2 * near + 1)
+    around = running_maximum(energy, near, near)
     levels = energy[peaks]
     is_hit = np.ones(len(peaks), bool)
     changed = True

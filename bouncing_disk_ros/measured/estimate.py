@@ -30,10 +30,13 @@ from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import eigvals_banded
-from scipy.special import chdtri, ndtr, ndtri, stdtr
 
-from bouncing_disk_ros.measured.kernels.likelihood import excess_slopes, fit_times
+from bouncing_disk_ros.measured.distributions import normal, normal_quantile, student
+from bouncing_disk_ros.measured.kernels.likelihood import (
+    excess_slopes,
+    fit_times,
+    median_eigenvalue,
+)
 from bouncing_disk_ros.measured.kernels.rest_laws import (
     AMPLITUDE,
     DRAG,
@@ -64,7 +67,7 @@ Six impacts at rest with 10 µs and 0.3 % scatter: 93.2 % of 235 experiments, an
 _FAILED = 1e299
 _RIDGE_STEPS, _NEAR_STEPS, _LOST = 64, 17, 40.0
 """Points along a ridge, those near its top, and the fall of 2 log L where it ends: a part 1e-9."""
-_REFUTED = float(chdtri(1.0, 1.0 - LEVEL))
+_REFUTED = normal_quantile(0.5 + 0.5 * LEVEL) ** 2
 """Of twice the log of a likelihood ratio: χ² of one degree."""
 _LEAST_PART = 1e-12
 """Of a distribution: beyond it no quantile is finite."""
@@ -175,7 +178,7 @@ def _crossing(
 
     def away(x: float) -> float:
         part = min(max(confidence(x), _LEAST_PART), 1.0 - _LEAST_PART)
-        return float(ndtri(part) - ndtri(wanted))
+        return normal_quantile(part) - normal_quantile(wanted)
 
     a, b, fa, fb = low, high, away(low), away(high)
     while abs(b - a) > width and fb != 0.0:
@@ -299,10 +302,15 @@ class Profiles:
         return np.asarray(node.information / self.scale(node) ** 2 + np.diag(1.0 / ranges**2))
 
     def _ranges(self, node: Node, free: Sequence[int]) -> Array:
-        speed = 0.5 * self.model.gravity * float(np.median(np.diff(self.data.times)))
+        speed = self._speed
         all_ranges = (1.0, 10.0 * abs(node.p[AMPLITUDE]) + 1e-9, math.pi, node.p[FREQUENCY],
                       1.0 / speed, self.model.gravity / speed**2)  # fmt: skip
         return np.array([all_ranges[i] for i in free])
+
+    @cached_property
+    def _speed(self) -> float:
+        """Of a typical impact, m/s."""
+        return 0.5 * self.model.gravity * float(np.median(np.diff(self.data.times)))
 
     # --- ratios ----------------------------------------------------------------------------------
     def _nodes(self, start: Array) -> list[Node]:
@@ -376,16 +384,9 @@ class Profiles:
 
     def _spread(self, start: Array) -> float:
         """Spread of restitution that errors of times make: root of S's median eigenvalue."""
-        b, sig = self.fit(_ANY, start, self.data.times, ()).slopes, self.data.errors
-        n = len(b)
-        bands = np.zeros((3, n))
-        for m in range(3):
-            part = b[:, m] * sig[m : m + n] ** 2
-            for gap in range(m + 1):
-                bands[gap, : n - gap] += part[: n - gap] * b[gap:, m - gap]
-        found = eigvals_banded(bands, lower=True) if n > 2 else bands[0]
-        found = np.sort(found)[int(np.sum(self.data.kinds == VOID)) :]
-        return math.sqrt(max(float(np.median(found)), 1e-300))
+        slopes = self.fit(_ANY, start, self.data.times, ()).slopes
+        void = int(np.sum(self.data.kinds == VOID))
+        return math.sqrt(max(median_eigenvalue(slopes, self.data.errors, void), 1e-300))
 
     def _log_weight(self, node: Node) -> float:
         """Log of the restricted likelihood."""
@@ -404,9 +405,9 @@ class Profiles:
         """Parameters (M, 6) along the ridge over ε from 0 to 1, and the share of each.
 
         First averaged over the ratios, then at each ratio that the data do not refute. Empty where
-        the likelihood has one top, or ε alone is fitted.
+        the likelihood has one top, and on a platform at rest, which has no steady flights.
         """
-        if self.model.free[0] != RESTITUTION or len(self.model.free) < 2:
+        if PHASE not in self.model.free:
             return []
         top, width = float(self.estimate[RESTITUTION]), self.deviation(RESTITUTION)
         step, best = 1.0 / _RIDGE_STEPS, self.best
@@ -561,8 +562,8 @@ class Profiles:
         """The confidence distribution where 2 log L is lower by `fall` than at its top."""
         fall = max(fall, 0.0)
         if self.data.is_absolute:
-            return float(ndtr(side * math.sqrt(fall)))
+            return normal(side * math.sqrt(fall))
         if fall > 600.0 * self.count:
             return 1.0 if side > 0.0 else 0.0
         root = math.sqrt(self.degrees * math.expm1(fall / self.count))
-        return float(stdtr(self.degrees, side * root))
+        return student(self.degrees, side * root)

@@ -43,6 +43,19 @@ def filtered(samples: Array, rate: float, low: float, high: float, order: int) -
     return np.fft.irfft(np.fft.rfft(samples, size) * response, size)[: len(samples)]
 
 
+def running_maximum(values: Array, before: int, after: int) -> Array:
+    """The largest of each value, so many before it and so many after it, as far as there are any.
+
+    From maxima of 1, 2, 4 ... values.
+    """
+    size, length = 1, before + after + 1
+    found = np.pad(values, (before, after), constant_values=-np.inf)
+    while 2 * size <= length:
+        found = np.maximum(found[:-size], found[size:])
+        size *= 2
+    return np.maximum(found[: len(values)], found[length - size :][: len(values)])
+
+
 def highest(values: Array, least: float, distance: int) -> NDArray[np.intp]:
     """Places of maxima that are at least so high, and the highest within the distance.
 

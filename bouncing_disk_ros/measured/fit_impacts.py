@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros import folders
-from bouncing_disk_ros.errors import ExitCode, FailedError, InputError, MissingLibraryError
+from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.startup import Start, figure_kinds, option_values, run_without_ros
@@ -71,13 +71,9 @@ def main(args: Sequence[str] | None = None) -> int:
 def _fit(start: Start, given: argparse.Namespace) -> int:
     values = option_values(start.overrides, OPTIONS)
     kinds = figure_kinds(str(values.pop("figures")))
-    folders.use_matplotlib_folder()
     with start.stop.importing():
         announce_compilation(NAME)
-        try:
-            from bouncing_disk_ros.measured.fit import fit_impacts
-        except ModuleNotFoundError as error:
-            raise MissingLibraryError(NAME, str(error.name)) from None
+        from bouncing_disk_ros.measured.fit import fit_impacts
         from bouncing_disk_ros.measured.picture import lines_of
         from bouncing_disk_ros.report.report_files import check_ours
 
@@ -89,29 +85,38 @@ def _fit(start: Start, given: argparse.Namespace) -> int:
     check_ours(files)
     fit = fit_impacts(source, **values)  # type: ignore[arg-type]
     print("\n".join(lines_of(fit)), flush=True)
-    _write(fit, stem.with_name(f"{stem.name}.yaml"), files)
+    _write_preset(fit, stem.with_name(f"{stem.name}.yaml"))
+    _write_pages(fit, files)
     return ExitCode.DONE
 
 
-def _write(fit: ImpactFit, preset: Path, files: Sequence[Path]) -> None:
-    """Write preset and figures; a preset that cannot be is said, and no failure."""
+def _write_preset(fit: ImpactFit, file: Path) -> None:
+    """Write the preset; one that cannot be is said, and no failure."""
+    try:
+        fit.write_preset(file)
+        print(f"written: {file}", flush=True)
+    except (InputError, FailedError) as error:
+        print(f"no {error}", flush=True)
+
+
+def _write_pages(fit: ImpactFit, files: Sequence[Path]) -> None:
+    """Write the page, then figures, for which matplotlib is loaded."""
     from bouncing_disk_ros.measured.picture import headline_of, panels_of, tables_of
     from bouncing_disk_ros.regular_file import replaced
     from bouncing_disk_ros.report.report_html import html_page
-    from bouncing_disk_ros.report.report_page import panels_page, save_page
 
-    try:
-        fit.write_preset(preset)
-        print(f"written: {preset}", flush=True)
-    except (InputError, FailedError) as error:
-        print(f"no {error}", flush=True)
     (title, subtitle), drawn = headline_of(fit), panels_of(fit)
     about = f"Made by {NAME} of bouncing_disk_ros"
     for file in files:
+        if sys.stdout.isatty():
+            print(f"writing: {file}", end="\r", flush=True)
         if file.suffix == ".html":
             page = html_page(title, subtitle, drawn, tables_of(fit), about)
             replaced(file, partial(Path.write_text, data=page, encoding="utf-8"))
         else:
+            folders.use_matplotlib_folder()
+            from bouncing_disk_ros.report.report_page import panels_page, save_page
+
             replaced(file, partial(save_page, panels_page(title, subtitle, drawn)))
         print(f"written: {file}", flush=True)
 

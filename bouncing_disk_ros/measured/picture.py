@@ -10,8 +10,7 @@ from bouncing_disk_ros.measured.estimate import LEVEL, Array, Interval, interval
 from bouncing_disk_ros.measured.fit import ImpactFit
 from bouncing_disk_ros.measured.kernels.rest_laws import AMPLITUDE, FREQUENCY, PHASE
 from bouncing_disk_ros.measured.laws import Law, other_law
-from bouncing_disk_ros.report.panel import Panel, SeriesStyle, series
-from bouncing_disk_ros.report.report_text import Table
+from bouncing_disk_ros.report.panel import Panel, SeriesStyle, Table, series
 
 UNITS = {
     "restitution": ("ε", ""), "axial_forcing": ("Γ", ""), "axial_amplitude": ("A", "m"),

@@ -10,9 +10,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_solve_banded
 
 from bouncing_disk_ros.measured.estimate import LEVEL, Array, Interval, Node, Profiles
+from bouncing_disk_ros.measured.kernels.likelihood import solve_factored
 from bouncing_disk_ros.measured.kernels.rest_laws import AMPLITUDE, FREQUENCY, PHASE, RESTITUTION
 
 SEED = 20090
@@ -59,21 +59,28 @@ def draws_of(profiles: Profiles) -> Draws:
     data, rng = profiles.data, np.random.default_rng(SEED)
     count = int(np.clip(20_000 // len(data.times), 100, 400))
     chosen = rng.choice(len(profiles.nodes), count, p=[node.weight for node in profiles.nodes])
-    rows = [_draw(profiles, profiles.nodes[i], rng) for i in chosen]
+    roots = {i: _root(profiles.covariance(profiles.nodes[i])) for i in set(chosen)}
+    rows = [_draw(profiles, profiles.nodes[i], roots[i], rng) for i in chosen]
     parameters, times, scatter, scale = zip(*(row for row in rows if row), strict=True)
     return Draws(np.array(parameters), np.array(times), np.array(scatter), np.array(scale))
 
 
+def _root(covariance: Array) -> Array:
+    """A matrix that makes draws with this covariance from independent ones."""
+    sizes, axes = np.linalg.eigh(covariance)
+    return np.asarray(axes * np.sqrt(np.maximum(sizes, 0.0)))
+
+
 def _draw(
-    profiles: Profiles, node: Node, rng: np.random.Generator
+    profiles: Profiles, node: Node, root: Array, rng: np.random.Generator
 ) -> tuple[Array, Array, float, float] | None:
+    """A draw from one node; None where there are no such true times."""
     data, free = profiles.data, list(profiles.model.free)
     spread = 1.0
     if not data.is_absolute and profiles.degrees > 0:
         spread = math.sqrt(profiles.degrees / rng.chisquare(profiles.degrees))
     p, n = node.p.copy(), len(data.times) - 2
-    covariance = profiles.covariance(node)
-    p[free] += spread * rng.multivariate_normal(np.zeros(len(free)), covariance, method="eigh")
+    p[free] += spread * root @ rng.standard_normal(len(free))
     scale = spread * profiles.scale(node)
     found = profiles.fit(node.rho, p, node.times, ())
     if found.squares > 1e299:
@@ -82,11 +89,9 @@ def _draw(
     noise = scale * data.errors * rng.standard_normal(n + 2)
     sides = sum(b[:, m] * noise[m : n + m] for m in range(3))
     sides = sides + scale * node.rho * rng.standard_normal(n)
-    bands = np.zeros((3, n))
-    bands[0], bands[1, :-1], bands[2, :-2] = low[:, 0], low[1:, 1], low[2:, 2]
-    solved = cho_solve_banded((bands, True), sides)
+    solve_factored(low, sides)
     for m in range(3):
-        noise[m : n + m] -= data.errors[m : n + m] ** 2 * b[:, m] * solved
+        noise[m : n + m] -= data.errors[m : n + m] ** 2 * b[:, m] * sides
     return p, th + noise, scale * node.rho, scale
 
 

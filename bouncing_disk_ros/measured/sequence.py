@@ -116,8 +116,7 @@ class _Search:
 
     def chain(self) -> Chain:
         count = len(self.times)
-        for j in range(count):
-            self._begin(j)
+        self._begin()
         for j in range(count):
             self._go_on(j)
         ends = self.costs + _ODD * np.arange(count - 1, -1, -1)[:, None, None, None]
@@ -144,46 +143,43 @@ class _Search:
         return Chain(hits, np.array(missed), np.searchsorted(hits, contacts[::-1]),
                      self.p[:, candidate])  # fmt: skip
 
-    def _begin(self, j: int) -> None:
-        """Chains that begin with hit j and one before it."""
-        for a in range(min(_SKIPPED, j)):
-            before = np.full(self.p.shape[1], self.times[j - a - 1])
-            self.costs[j, a, 0] = _ODD * (j - 1)
-            self.takeoffs[j, a, 0] = self._takeoff_at(before, j)
+    def _begin(self) -> None:
+        """Chains that begin with each hit and one before it."""
+        for a in range(min(_SKIPPED, len(self.times) - 1)):
+            hits = np.arange(a + 1, len(self.times))
+            self.costs[hits, a, 0] = _ODD * (hits[:, None] - 1)
+            self.takeoffs[hits, a, 0] = self._takeoff_at(self.times[hits - a - 1][:, None], hits)
 
     def _go_on(self, j: int) -> None:
         """From chains that end with hit j to later hits."""
-        last = min(j + _SKIPPED, len(self.times) - 1)
+        hits = np.arange(j + 1, min(j + _SKIPPED + 1, len(self.times)))
         costs = self.costs[j].reshape(-1, self.p.shape[1])
         alive = np.flatnonzero((costs < costs.min(axis=0) + _HOPELESS).any(axis=1))
-        if last == j or len(alive) == 0:
+        if len(hits) == 0 or len(alive) == 0:
             return
         if not self.is_still:
-            self._leave(j, last, costs)
+            self._leave(j, hits, costs)
         takeoff = self.takeoffs[j].reshape(costs.shape)[alive]
         before = np.full(takeoff.shape, self.times[j])
-        ours = np.arange(self.p.shape[1])
+        ours, at = np.arange(self.p.shape[1]), self.times[hits][:, None, None]
         unheard = np.zeros(before.shape)
         for m in range(_MISSED):
             landing, up = self._flown(before, takeoff, slice(None))
             flight = landing - before
             sizes = np.hypot(self.errors, _PARTS[:, None, None] * flight) * (1.0 + m)
-            base, size = costs[alive] + unheard, sizes.max(axis=0)
-            reached = np.zeros(len(alive), bool)
-            for k in range(j + 1, last + 1):
-                sums = base - self._log_density(self.times[k] - landing, sizes, flight)
-                sums[self.times[k] <= before] = np.inf
-                sums[np.isnan(sums)] = np.inf
-                best = np.argmin(sums, axis=0)
-                start = self._takeoff_at(before[best, ours], k)
-                self._offer(j, k, m, alive[best], sums[best, ours], start)
-                reached |= (abs(self.times[k] - landing) < 2.0 * size).any(axis=1)
+            sums = costs[alive] + unheard - self._log_density(at - landing, sizes, flight)
+            sums[(at <= before) | np.isnan(sums)] = np.inf
+            best = np.argmin(sums, axis=1)
+            least = np.take_along_axis(sums, best[:, None], axis=1)[:, 0]
+            start = self._takeoff_at(before[best, ours], hits)
+            self._offer(j, hits, m, alive[best], least, start)
+            reached = (abs(at - landing) < 2.0 * sizes.max(axis=0)).any(axis=(0, 2))
             if reached.all():  # a landing that has its hit is not missed
                 return
             alive, before, takeoff = alive[~reached], landing[~reached], up[~reached]
             unheard = unheard[~reached] + _ODD * (before - self.times[j] > self.dead)
 
-    def _leave(self, j: int, last: int, costs: Array) -> None:
+    def _leave(self, j: int, hits: NDArray[np.int64], costs: Array) -> None:
         """From chains that end with hit j to later ones by contact, up to the second separation."""
         a, w, phase = self.p[AMPLITUDE], self.p[FREQUENCY], self.p[PHASE]
         with np.errstate(all="ignore"):
@@ -194,37 +190,38 @@ class _Search:
             return
         best = np.argmin(costs, axis=0)
         least = np.take_along_axis(costs, best[None], axis=0)[0] + _ODD
+        at, platform = self.times[hits][:, None], self.platform[1][hits]
         for later in (0.0, 1.0):
             left = (angle + math.tau * (turns + later) - phase) / w
             speed = self._platform(left, slice(None))[1]
             landing, _ = self._flown(left, speed, slice(None))
             flight = landing - left
             sizes = np.hypot(self.errors, _PARTS[:, None] * flight)
-            for k in range(j + 1, last + 1):
-                at = self.times[k]
-                sums = least - self._log_density(at - landing, sizes, flight)
-                platform = self.platform[1][k]
-                fall = speed - self.g * (at - left) - platform
-                up = platform - self.p[RESTITUTION] * fall
-                sums[~np.isfinite(sums) | (at <= left)] = np.inf
-                self._offer(j, k, _CONTACT, best, sums, up)
+            sums = least - self._log_density(at - landing, sizes, flight)
+            fall = speed - self.g * (at - left) - platform
+            up = platform - self.p[RESTITUTION] * fall
+            sums[~np.isfinite(sums) | (at <= left)] = np.inf
+            self._offer(j, hits, _CONTACT, np.broadcast_to(best, sums.shape), sums, up)
 
     def _offer(
-        self, j: int, k: int, slot: int, sources: NDArray[np.int64], costs: Array, takeoff: Array
-    ) -> None:
-        """Chains from hit j to hit k, with the hits between them false; the best ones stay."""
-        a, costs = k - j - 1, costs + _ODD * (k - j - 1)
-        better = costs < self.costs[k, a, slot]
-        self.costs[k, a, slot] = np.where(better, costs, self.costs[k, a, slot])
-        self.takeoffs[k, a, slot] = np.where(better, takeoff, self.takeoffs[k, a, slot])
-        self.sources[k, a, slot] = np.where(better, sources, self.sources[k, a, slot])
+        self, j: int, hits: NDArray[np.int64], slot: int, sources: NDArray[np.int64],
+        costs: Array, takeoff: Array,
+    ) -> None:  # fmt: skip
+        """Chains from hit j to each of `hits`, with those between false; the best ones stay."""
+        a = hits - j - 1
+        costs = costs + _ODD * a[:, None]
+        better = costs < self.costs[hits, a, slot]
+        for kept, new in (
+            (self.costs, costs), (self.takeoffs, takeoff), (self.sources, sources)
+        ):  # fmt: skip
+            kept[hits, a, slot] = np.where(better, new, kept[hits, a, slot])
 
     @staticmethod
     def _log_density(away: Array, sizes: Array, flight: Array) -> Array:
-        """Of a hit so far from its landing, in parts of one over the flight."""
+        """Of hits so far from a landing (the first axis), in parts of one over the flight."""
         share = np.maximum(flight, sizes) / (2.5 * sizes) / len(_PARTS)
-        parts = share * np.exp(-np.minimum(0.5 * (away / sizes) ** 2, _FAR))
-        return np.asarray(np.log(parts.sum(axis=0)))
+        exponents = np.minimum(0.5 * (away / sizes[:, None]) ** 2, _FAR)
+        return np.asarray(np.log((share[:, None] * np.exp(-exponents)).sum(axis=0)))
 
     def _platform(self, at: float | Array, which: slice) -> tuple[Array, Array]:
         a, w, angle = self.p[AMPLITUDE, which], self.p[FREQUENCY, which], self.p[PHASE, which]
@@ -246,10 +243,10 @@ class _Search:
         """Velocity after the landing of a flight."""
         return self._takeoff_from(before, at, self._platform(at, which), which)
 
-    def _takeoff_at(self, before: Array, k: int) -> Array:
-        """The same where the landing is hit k, for all candidates."""
-        end = self.platform[0][k], self.platform[1][k]
-        return self._takeoff_from(before, self.times[k], end, slice(None))
+    def _takeoff_at(self, before: Array, hits: NDArray[np.int64]) -> Array:
+        """The same where the landings are hits, for all candidates: (hits, G)."""
+        end = self.platform[0][hits], self.platform[1][hits]
+        return self._takeoff_from(before, self.times[hits][:, None], end, slice(None))
 
     def _takeoff_from(
         self, before: Array, at: float | Array, platform: tuple[Array, Array], which: slice

@@ -15,14 +15,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_toeplitz
-from scipy.ndimage import maximum_filter1d
-from scipy.special import gammainccinv, ndtri
 
 from bouncing_disk_ros.errors import InputError, MissingLibraryError
 from bouncing_disk_ros.measured.alignment import FEWEST, aligned
+from bouncing_disk_ros.measured.distributions import chi_square_quantile, normal_quantile
 from bouncing_disk_ros.measured.echoes import without_echoes
-from bouncing_disk_ros.measured.filters import filtered, highest, spectra
+from bouncing_disk_ros.measured.filters import filtered, highest, running_maximum, spectra
 from bouncing_disk_ros.measured.likeness import UNEVEN, alike
 
 Array = NDArray[np.float64]
@@ -179,7 +177,8 @@ def _whitened(samples: Array, rate: float, floor: float) -> Array:
     noise = np.quantile(power, _LOW, axis=1) + 2.0 * floor**2 / rate
     noise = np.maximum(noise, UNEVEN * np.median(noise))
     lags = np.fft.irfft(noise)[: _ORDER + 1]
-    weights = solve_toeplitz(lags[:-1], lags[1:])
+    places = np.arange(_ORDER)
+    weights = np.linalg.solve(lags[np.abs(places[:, None] - places)], lags[1:])
     return np.convolve(samples, np.append(1.0, -weights))[: len(samples)]
 
 
@@ -197,7 +196,7 @@ def _band(
     at, power = at[1:], power[1:] + 2.0 * floor**2 / rate
     over = power / (np.quantile(power, _LOW, axis=1) / -np.log1p(-_LOW))[:, None]
     count, frames = over.shape
-    loud = over.mean(axis=0) > gammainccinv(count / 2, _FALSE / frames) * 2 / count
+    loud = over.mean(axis=0) > chi_square_quantile(count, _FALSE / frames) / count
     if hits is not None:  # the frames in whose middle half they begin
         loud = np.zeros(frames, bool)
         places = np.round((hits - 0.5 * size) / (size // 2) + 0.25).astype(int)
@@ -206,7 +205,7 @@ def _band(
         return None
     clear = np.log(over[:, loud]).mean(axis=1)
     spread = np.pi / np.sqrt(6.0 * loud.sum())  # of a mean log of exponential variables
-    least = -ndtri(_FALSE / count) * spread - np.euler_gamma
+    least = -normal_quantile(_FALSE / count) * spread - np.euler_gamma
     best = int(np.argmax(clear))
     inside = clear > max(least, clear[best] + np.log(_SKIRT))
     inside[best] = True
@@ -250,7 +249,7 @@ class _Energies:
         starts = np.maximum(ends - self.long, 0)
         before[half:] = (self.total[ends] - self.total[starts]) / (ends - starts)
         before = np.maximum(before, self.noise)
-        ahead = maximum_filter1d(self.short, half, origin=-(half // 2))
+        ahead = running_maximum(self.short, 0, half - 1)
         ratio = ahead / before
         at = highest(ratio, self.least, half)
         peaks: list[tuple[int, float]] = []

@@ -1,5 +1,7 @@
 """A panel of a report: its series, its axes, and which points are left out where there are many.
 
+Beside it the table, of what a report says in words.
+
 `report_html` draws panels with Bokeh, `report_page` with matplotlib.
 """
 
@@ -10,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +22,7 @@ from bouncing_disk_ros.units import in_pi
 
 SEED = 20090  # any; fixed so that a report can be made again
 Column = NDArray[np.float64]
+Pairs = list[tuple[str, str]]
 Limits = tuple[float, float] | None
 """The ends of an axis; None: where its data end."""
 COLOURS = (BLUE, VERMILION, GREEN, ORANGE, GREY, PURPLE)
@@ -28,6 +32,13 @@ _LEAST_RANGE = 1e-6
 """Values that differ by less than this part of their size are drawn as equal."""
 _FEW, _SOME = 200, 1000
 """Points at up to so many places are drawn large, or of middle size."""
+
+
+class Table(NamedTuple):
+    """A heading and its lines: what, and its value in words."""
+
+    title: str
+    rows: Pairs
 
 
 class SeriesStyle(StrEnum):

@@ -22,10 +22,11 @@ from bouncing_disk_ros.report.panel import (
     Panel,
     Series,
     SeriesStyle,
+    Table,
 )
 from bouncing_disk_ros.report.report_files import MARK
 from bouncing_disk_ros.report.report_panels import absent, headline, panels
-from bouncing_disk_ros.report.report_text import Table, segment_rows, tables
+from bouncing_disk_ros.report.report_text import segment_rows, tables
 from bouncing_disk_ros.report.run_report import Report
 from bouncing_disk_ros.units import INDEXED
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-from typing import NamedTuple
 
 from bouncing_disk_ros.core.offset import Offset
 from bouncing_disk_ros.errors import InputError, counted
@@ -13,12 +12,11 @@ from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one
 from bouncing_disk_ros.parsing import read_json
 from bouncing_disk_ros.report.estimate import Estimate
 from bouncing_disk_ros.report.impact_text import terminal_width
+from bouncing_disk_ros.report.panel import Pairs, Table
 from bouncing_disk_ros.report.rotor_speed import FEWEST, Mean, RiseTime, Transient, TransientKind
 from bouncing_disk_ros.report.run_report import ABSENT, Pace, Report, SegmentReport
 from bouncing_disk_ros.report.spans import known
 from bouncing_disk_ros.units import NS, with_prefix
-
-Pairs = list[tuple[str, str]]
 
 
 def span_text(report: Report, begin: float, end: float) -> str:
@@ -169,13 +167,6 @@ def _flat(value: object) -> str:
 
 
 LAST_ONLY = "by platform/motion, which has only the last change of each slice of work"
-
-
-class Table(NamedTuple):
-    """A heading and its lines: what, and its value in words."""
-
-    title: str
-    rows: Pairs
 
 
 def tables(report: Report) -> list[Table]:

@@ -69,7 +69,7 @@ LIBRARIES = {
     "motor_study": {"numpy", "numba", "xarray", "matplotlib"},
     "resilience_studies": {"numpy", "xarray", "matplotlib"},
     "juggling": {"numpy", "numba", "xarray", "matplotlib", "rclpy", "messages"},
-    "measured": {"numpy", "scipy", "soundfile", "yaml"},
+    "measured": {"numpy", "soundfile", "yaml"},
     "proof": {"flint", "tqdm"},
     "cases": {"numpy", "matplotlib", "flint"},
     "workbench": {"numpy", "bokeh", "matplotlib", "tornado", "xarray", "rclpy", "messages"},

@@ -37,6 +37,8 @@ _CLOSE = 1e-16
 _NEAR = 1e-6
 """The same where rounding ends the steps."""
 _RIDGE = 1e-11
+_EXACT = 1e-12
+"""Of an eigenvalue."""
 _IMPOSSIBLE = 1e300
 _ARRAY = "float64[::1]"
 
@@ -446,3 +448,55 @@ def whitened_residuals(
         d[i] = every[free[i]]
         _whiten(low, d[i])
     return True
+
+
+@entry(f"void(float64[:, ::1], {_ARRAY})")
+def solve_factored(low: NDArray[np.float64], r: NDArray[np.float64]) -> None:
+    """Replace r (n) by S⁻¹r; low (n, 3): Cholesky factor of S."""
+    _whiten(low, r)
+    _unwhiten(low, r)
+
+
+@rare_kernel
+def _below(b: NDArray[np.float64], sig: NDArray[np.float64], bound: float) -> int:
+    """How many eigenvalues of BΣBᵀ are below a bound: negative pivots (Sylvester's law)."""
+    count, pivot1, pivot2, l1_before = 0, 1.0, 1.0, 0.0
+    for j in range(b.shape[0]):
+        a0, a1, a2 = -bound, 0.0, 0.0
+        for m in range(3):
+            a0 += (b[j, m] * sig[j + m]) ** 2
+        if j >= 1:
+            a1 = b[j - 1, 1] * b[j, 0] * sig[j] ** 2 + b[j - 1, 2] * b[j, 1] * sig[j + 1] ** 2
+        if j >= 2:
+            a2 = b[j - 2, 2] * b[j, 0] * sig[j] ** 2
+        l1 = a1 - a2 * l1_before  # both times the pivot before
+        pivot = a0 - l1 * l1 / pivot1 - a2 * a2 / pivot2
+        if pivot == 0.0:
+            pivot = -1e-300
+        count += pivot < 0.0
+        pivot2, pivot1, l1_before = pivot1, pivot, l1 / pivot1
+    return count
+
+
+@entry(f"float64(float64[:, ::1], {_ARRAY}, int64)")
+def median_eigenvalue(b: NDArray[np.float64], sig: NDArray[np.float64], nothing: int) -> float:
+    """Median eigenvalue of BΣBᵀ; `nothing`: how many equations, of nothing, do not count.
+
+    By bisection, between 0 and the largest sum of a row.
+    """
+    n = b.shape[0]
+    middle, most = nothing + (n - nothing) // 2, 0.0
+    for j in range(n):
+        row = abs(b[j, 0]) * sig[j] + abs(b[j, 1]) * sig[j + 1] + abs(b[j, 2]) * sig[j + 2]
+        most = max(most, row)
+    found = 0.0
+    for place in (middle, middle - 1 + (n - nothing) % 2):
+        low, high = 0.0, 3.0 * most * most
+        while high - low > _EXACT * high:
+            bound = 0.5 * (low + high)
+            if _below(b, sig, bound) > place:
+                high = bound
+            else:
+                low = bound
+        found += 0.25 * (low + high)
+    return found
