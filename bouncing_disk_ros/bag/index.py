@@ -69,7 +69,7 @@ class Index:
                 case Opcode.MESSAGE_INDEX:
                     self._add_message_index(content, at)
                 case Opcode.ATTACHMENT:
-                    self.add_attachment(content, at, whole)
+                    self.add_attachment(records.attachment(content, len(content)), at, whole)
                 case Opcode.METADATA:
                     name = records.read(Metadata, content).name
                     self.metadata.append(MetadataIndex(at, whole, name))
@@ -106,12 +106,11 @@ class Index:
         self.chunks.append(PlainMessages(size, offset, "", size, last, 0, {}, first, size))
         self.chunk_counts.append(inner.counts)
 
-    def add_attachment(self, beginning: records.Content, offset: int, length: int) -> None:
-        """Take note of an attachment, of which the beginning of the content is given."""
-        row = records.attachment(beginning, length - HEAD.size)
+    def add_attachment(self, head: records.AttachmentHead, offset: int, length: int) -> None:
+        """Take note of an attachment, a record of `length` bytes."""
         self.attachments.append(
-            AttachmentIndex(offset, length, row.log_time, row.create_time, row.data_length,
-                            row.name, row.media_type)
+            AttachmentIndex(offset, length, head.log_time, head.create_time, head.data_length,
+                            head.name, head.media_type)
         )  # fmt: skip
         self.end = offset + length
 

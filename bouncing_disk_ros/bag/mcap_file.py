@@ -22,9 +22,14 @@ from mcap.writer import Writer as McapWriter
 
 from bouncing_disk_ros.bag.index import Index
 from bouncing_disk_ros.bag.metadata import FileRow, TopicRow, qos_text
-from bouncing_disk_ros.bag.records import MAGIC, MARK, RegularFile, without_repeats
+from bouncing_disk_ros.bag.records import (
+    MAGIC,
+    MARK,
+    AttachmentHead,
+    RegularFile,
+    without_repeats,
+)
 from bouncing_disk_ros.bag.schema import ENCODING, schema_of
-from bouncing_disk_ros.bag.walk import Piece
 from bouncing_disk_ros.errors import InputError
 
 
@@ -44,12 +49,14 @@ class RecordStream:
             self.index.add(data, self.position)
         self.position += len(data)
 
-    def copy_attachment(self, file: RegularFile, piece: Piece) -> None:
+    def copy_attachment(
+        self, file: RegularFile, head: AttachmentHead, offset: int, length: int
+    ) -> None:
         """Copy an attachment record of another file, however long it is."""
-        for part in file.parts(piece.offset, piece.length):
+        for part in file.parts(offset, length):
             self.write_ending(part)
-        self.index.add_attachment(piece.record, self.position, piece.length)
-        self.position += piece.length
+        self.index.add_attachment(head, self.position, length)
+        self.position += length
 
     def write_ending(self, data: bytes) -> None:
         """Write bytes that do not belong to the data section."""

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, Header
+from mcap.records import Channel, Chunk, Header, Schema
 from mcap.records import Metadata as MetadataRecord
 
 from bouncing_disk_ros import limits
@@ -36,13 +36,11 @@ from bouncing_disk_ros.bag.metadata import (
     signed,
 )
 from bouncing_disk_ros.bag.records import (
-    HEAD,
     MAGIC,
+    AttachmentHead,
     RegularFile,
     Watch,
-    definition,
     nothing,
-    read,
     without_repeats,
 )  # fmt: skip
 from bouncing_disk_ros.bag.walk import BLOCK, Damage, Piece, Walk, record_name
@@ -215,33 +213,31 @@ class _File:
 
     def _take(self, opened: RegularFile, piece: Piece) -> None:
         self._left.pop(piece.offset, None)
-        match piece.opcode:
-            case Opcode.CHUNK:
+        match piece.content:
+            case None if piece.opcode == Opcode.CHUNK:
                 self._end_plain()
                 self._copy_chunk(piece)
-            case Opcode.MESSAGE:
+            case None:
                 if len(self._plain) + piece.length > BLOCK:
                     self._end_plain()
                 self._plain += piece.record
-            case Opcode.SCHEMA | Opcode.CHANNEL if self._known is None:
-                self.index.define(definition(piece.opcode, memoryview(piece.record)[HEAD.size :]))
+            case Schema() | Channel() as row if self._known is None:
+                self.index.define(row)
                 self._stream.write(piece.record)
-            case Opcode.ATTACHMENT:
-                self._stream.copy_attachment(opened, piece)
-            case Opcode.METADATA:
-                self._take_notes(piece)
+            case AttachmentHead() as head:
+                self._stream.copy_attachment(opened, head, piece.offset, piece.length)
+            case MetadataRecord(name=name, metadata=texts) if name == NOTE:
+                self._take_notes(piece, texts)
+            case MetadataRecord(name=name) if name != "rosbag2":
+                self._stream.write(piece.record)
 
-    def _take_notes(self, piece: Piece) -> None:
-        record = read(MetadataRecord, memoryview(piece.record)[HEAD.size :])
-        if record.name == NOTE:
-            try:
-                self.notes.update(checked(record.metadata))
-            except BagError as error:
-                name = record_name(Opcode.METADATA, NOTE)
-                damage = Damage(piece.offset, piece.length, str(error), holds_messages=False)
-                self._lost.append(replace(damage, record=name))
-        elif record.name != "rosbag2":
-            self._stream.write(piece.record)
+    def _take_notes(self, piece: Piece, texts: Mapping[str, str]) -> None:
+        try:
+            self.notes.update(checked(texts))
+        except BagError as error:
+            name = record_name(Opcode.METADATA, NOTE)
+            damage = Damage(piece.offset, piece.length, str(error), holds_messages=False)
+            self._lost.append(replace(damage, record=name))
 
     def _copy_chunk(self, piece: Piece) -> None:
         """Copy a chunk, and write the index of its messages anew."""

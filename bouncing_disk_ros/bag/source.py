@@ -7,12 +7,20 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from mcap.opcode import Opcode
-from mcap.records import Attachment, AttachmentIndex, ChunkIndex, Metadata, MetadataIndex
+from mcap.records import (
+    Attachment,
+    AttachmentIndex,
+    Channel,
+    ChunkIndex,
+    Metadata,
+    MetadataIndex,
+    Schema,
+)
 
 from bouncing_disk_ros.bag import records
 from bouncing_disk_ros.bag.chunk_reader import Inner, unpacked
 from bouncing_disk_ros.bag.index import Index, PlainMessages, index_of
-from bouncing_disk_ros.bag.records import HEAD, RegularFile, Watch, nothing
+from bouncing_disk_ros.bag.records import HEAD, AttachmentHead, RegularFile, Watch, nothing
 from bouncing_disk_ros.bag.walk import Damage, Piece, Walk, describe
 from bouncing_disk_ros.errors import BagError
 
@@ -117,17 +125,17 @@ class Source:
 
 
 def _take(index: Index, piece: Piece) -> None:
-    """Take note of what a walk has found; BagError when a definition is damaged."""
-    match piece.opcode:
-        case Opcode.CHUNK if piece.inner is not None:
-            index.define_all(piece.inner)
-            content = memoryview(piece.record)[HEAD.size :]
-            index.add_chunk(content, piece.offset, piece.inner.counts)
-        case Opcode.MESSAGE if piece.inner is not None:
-            index.add_messages(piece.inner, piece.offset)
-        case Opcode.SCHEMA | Opcode.CHANNEL:
-            index.define(records.definition(piece.opcode, memoryview(piece.record)[HEAD.size :]))
-        case Opcode.ATTACHMENT:
-            index.add_attachment(piece.record, piece.offset, piece.length)
-        case Opcode.METADATA:
-            index.add(piece.record, piece.offset)
+    """Take note of what a walk has found; BagError for definitions that contradict each other."""
+    inner = piece.inner
+    match piece.content:
+        case None if inner is not None and piece.opcode == Opcode.CHUNK:
+            index.define_all(inner)
+            index.add_chunk(memoryview(piece.record)[HEAD.size :], piece.offset, inner.counts)
+        case None if inner is not None:
+            index.add_messages(inner, piece.offset)
+        case Schema() | Channel() as row:
+            index.define(row)
+        case AttachmentHead() as head:
+            index.add_attachment(head, piece.offset, piece.length)
+        case Metadata(name=name):
+            index.metadata.append(MetadataIndex(piece.offset, piece.length, name))

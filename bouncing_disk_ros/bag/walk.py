@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from mcap.opcode import Opcode
-from mcap.records import Header, Metadata
+from mcap.records import Channel, Header, Metadata, Schema
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import limits
@@ -28,6 +28,7 @@ from bouncing_disk_ros.bag.records import (
     MAGIC,
     PART,
     TIMES,
+    AttachmentHead,
     RegularFile,
     Stream,
     Watch,
@@ -45,8 +46,8 @@ from bouncing_disk_ros.errors import BagError
 class Piece:
     """A whole record of `length` bytes at `offset`, or (MESSAGE) messages in a row.
 
-    `record` are its bytes; of an attachment, which may be long, the beginning of its content.
-    `inner`: its messages.
+    `record` are its bytes, but of attachments, which may be long. `inner`: its messages. `content`:
+    what a record without messages says, of an attachment without its data.
     """
 
     opcode: int
@@ -54,6 +55,7 @@ class Piece:
     length: int
     record: bytes = b""
     inner: Inner | None = None
+    content: Schema | Channel | Metadata | AttachmentHead | None = None
 
 
 @dataclass
@@ -312,13 +314,11 @@ class Walk:
             case Opcode.SCHEMA | Opcode.CHANNEL:
                 return self._definition(opcode, position, record)
             case Opcode.METADATA:
-                read(Metadata, content)
-            case _:
-                if position != len(MAGIC):
-                    raise BagError("a header in the middle of the file")
-                read(Header, content)
-                return whole
-        return Piece(opcode, position, whole, record)
+                return Piece(opcode, position, whole, record, content=read(Metadata, content))
+        if position != len(MAGIC):
+            raise BagError("a header in the middle of the file")
+        read(Header, content)
+        return whole
 
     def _definition(self, opcode: int, position: int, record: bytes) -> Piece | int:
         """A definition of a topic or a type; one that was there before says nothing."""
@@ -327,15 +327,13 @@ class Walk:
             raise TooDamagedError(f"more than {limits.DEFINED} definitions")
         if record in self._defined:
             return len(record)
-        content = memoryview(record)[HEAD.size :]
-        definition(opcode, content)
+        row = definition(opcode, memoryview(record)[HEAD.size :])
         self._defined.add(record)
-        return Piece(opcode, position, len(record), record)
+        return Piece(opcode, position, len(record), record, content=row)
 
     def _attachment(self, position: int, whole: int) -> Piece:
         head = checked_attachment(self._file, position, whole)
-        beginning = self._file.read(position + HEAD.size, head.data_at)
-        return Piece(Opcode.ATTACHMENT, position, whole, beginning)
+        return Piece(Opcode.ATTACHMENT, position, whole, content=head)
 
     def _messages(self, position: int, whole: int) -> Piece:
         """Messages in a row outside of chunks; BagError in a file that has chunks."""
