@@ -94,14 +94,11 @@ def advance_slice(simulation: Simulation, until_ns: int) -> tuple[NDArray[np.voi
         raise InputError("the recorded run", given, "a run that can be simulated") from None
 
 
-def advance_to(
-    simulation: Simulation, until_ns: int, watch: Watch = lambda _: None
-) -> list[NDArray[np.void]]:
+def advance_to(simulation: Simulation, until_ns: int) -> list[NDArray[np.void]]:
     """Advance all the way, whatever the number of events; the rows in the order of `index`."""
     rows, behind = [], True
     while behind:
         some, behind = advance_slice(simulation, until_ns)
         if len(some):
             rows.append(some)
-        watch(simulation.time_ns)
     return rows

@@ -19,7 +19,7 @@ from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Sample, joi
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.run.input_records import Record
-from bouncing_disk_ros.run.input_replay import Watch, advance_to, apply, restored
+from bouncing_disk_ros.run.input_replay import advance_to, apply, restored
 from bouncing_disk_ros.run.replay_check import Difference, row_difference
 from bouncing_disk_ros.run.simulate import SAMPLE_DTYPE
 from bouncing_disk_ros.run.time_map import nanoseconds
@@ -104,11 +104,10 @@ def _mean_speed(first: Sample, last: Sample) -> float:
 class Pair:
     """Drives two simulations that stand at the same instant; the caller applies the inputs."""
 
-    def __init__(self, first: Simulation, second: Simulation, end_ns: int, watch: Watch) -> None:
-        """They will go to end_ns; `watch` is given the simulated time after each slice of work."""
+    def __init__(self, first: Simulation, second: Simulation, end_ns: int) -> None:
+        """They will go to end_ns."""
         self.first, self.second = first, second
         self.start_ns = self.time_ns = first.time_ns
-        self._watch = watch
         self._tracks = (_Track(first), _Track(second))
         self._step = max(1, (end_ns - self.start_ns) // SAMPLES)
         self._next = self.start_ns
@@ -138,7 +137,7 @@ class Pair:
         self._sample()
 
     def _to(self, run: Simulation, until_ns: int) -> Rows:
-        return join_rows(advance_to(run, until_ns, self._watch))
+        return join_rows(advance_to(run, until_ns))
 
     def _sample(self) -> None:
         """Take the samples that are due."""
@@ -291,9 +290,7 @@ def changed_start(record: Record, changes: Changes) -> Simulation:
     return run
 
 
-def what_if(
-    records: Iterable[Record], changes: Changes, until_ns: int, watch: Watch | None = None
-) -> TwoRuns:
+def what_if(records: Iterable[Record], changes: Changes, until_ns: int) -> TwoRuns:
     """A run from its records, and the same with changes, up to an instant of simulated time.
 
     `records`: those of one run; it begins at the first snapshot, and ends early where a record is
@@ -306,7 +303,7 @@ def what_if(
         if pair is None:
             if record["kind"] == "snapshot":
                 start = restored(record), changed_start(record, changes)
-                pair = Pair(*start, until_ns, watch or (lambda _: None))
+                pair = Pair(*start, until_ns)
         elif record["index"] != index + 1:
             until_ns = pair.time_ns
             break
