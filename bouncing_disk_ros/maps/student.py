@@ -7,7 +7,7 @@ from statistics import NormalDist
 
 
 def student(free: float) -> float:
-    """97.5 % of Student's t with `free` degrees of freedom, at least 1; to 0.12 %.
+    """97.5 % of Student's t with `free` degrees of freedom, at least 1; to 0.13 %.
 
     Below 3 it is the exact one of 1 or 2, the next lower number. Source: Abramowitz, Stegun 26.7.5.
     """
