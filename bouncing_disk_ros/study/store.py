@@ -561,7 +561,7 @@ def put(path: Path, study: Study, region: Region, arrays: Arrays) -> None:
 
 
 def _write_chunk(array: Path, place: Place, chunk: NDArray[np.generic]) -> None:
-    """Write a chunk of an array, whole or not at all: Zarr needs four times the processor time."""
+    """Write a chunk of an array, whole or not at all: Zarr needs twice the processor time."""
     codecs = [codec["name"] for codec in _metadata("output", array)["codecs"]]
     data = _COMPRESSOR_OF[codecs[1]].encode(chunk)
     file = array.joinpath("c", *map(str, place))
