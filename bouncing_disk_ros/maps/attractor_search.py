@@ -211,7 +211,9 @@ class _Search:
 
     def _periodic(self, rows: Floats) -> int:
         """The place of a periodic attractor that the end of an orbit is on, or −1."""
-        for period in range(1, LONGEST + 1):
+        back = rows[-2 : -LONGEST - 2 : -1]  # 1, 2, … impacts before the last
+        far = separation(back, rows[-1:]) > NEAR
+        for period in (int(place) + 1 for place in np.flatnonzero(~far)):
             one, next_one = rows[-2 * period : -period], rows[-period:]
             if len(one) < period or distance(one, next_one) > NEAR:
                 continue

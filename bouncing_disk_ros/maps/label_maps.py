@@ -23,6 +23,8 @@ from bouncing_disk_ros.maps.student import student
 
 PIXELS = 2**25
 """About so many pixels of a map are in memory at a time."""
+_NEAR = 2**18
+"""About so many pixels are compared at a time: they stay in the cache of a processor."""
 FEWEST_SIZES = 3
 LARGEST = 256
 """Largest square and distance (pixels): blocks of a huge map overlap by so much."""
@@ -148,20 +150,28 @@ def uncertainty_exponent(
     return _power_law(sizes, counts / pixels)
 
 
-def _uncertain(ring: NDArray[Any], edge: int, sizes: NDArray[np.int64]) -> list[int]:
+def _uncertain(ring: NDArray[Any], edge: int, sizes: NDArray[np.int64]) -> NDArray[np.int64]:
     """How many of the pixels `edge` away from all sides have another label at each distance."""
-    height, width = (length - 2 * edge for length in ring.shape)
-    found = []
-    for d in (int(size) for size in sizes):
-        first = edge - d
-        columns = ring[first : edge + height + d, edge : edge + width]
-        rows = ring[edge : edge + height, first : edge + width + d]
-        down, along = columns[d:] != columns[:-d], rows[:, d:] != rows[:, :-d]
-        differs = down[:height] | down[d:]
-        differs |= along[:, :width]
-        differs |= along[:, d:]
-        found.append(int(np.count_nonzero(differs)))
+    width = ring.shape[1] - 2 * edge
+    found = np.zeros(len(sizes), np.int64)
+    for begin, end in _strips(ring, edge):
+        for i, d in enumerate(int(size) for size in sizes):
+            columns = ring[begin - d : end + d, edge : edge + width]
+            rows = ring[begin:end, edge - d : edge + width + d]
+            down, along = columns[d:] != columns[:-d], rows[:, d:] != rows[:, :-d]
+            differs = down[: end - begin] | down[d:]
+            differs |= along[:, :width]
+            differs |= along[:, d:]
+            found[i] += np.count_nonzero(differs)
     return found
+
+
+def _strips(ring: NDArray[Any], edge: int) -> Iterator[tuple[int, int]]:
+    """Where strips of rows begin and end that lie `edge` away from both ends of a map."""
+    rows, columns = ring.shape
+    length = max(_NEAR // columns, edge)  # they overlap by up to `edge`
+    for begin in range(edge, rows - edge, length):
+        yield begin, min(begin + length, rows - edge)
 
 
 def box_dimension(
@@ -191,13 +201,15 @@ def box_dimension(
 
 def _mixed_squares(ring: NDArray[Any], edge: int, side: int) -> int:
     """How many squares about the pixels `edge` away from all sides have unlike corners."""
-    height, width = (length - 2 * edge for length in ring.shape)
-    first = edge - side // 2
-    rows = ring[first : first + height + side, first : first + width + side]
-    along = rows[:, side:] != rows[:, :-side]
-    mixed = along[:height] | along[side:]
-    mixed |= rows[side:, :width] != rows[:height, :width]
-    return int(np.count_nonzero(mixed))
+    width, found = ring.shape[1] - 2 * edge, 0
+    half = side // 2
+    for begin, end in _strips(ring, edge):
+        rows = ring[begin - half : end - half + side, edge - half : edge - half + width + side]
+        along = rows[:, side:] != rows[:, :-side]
+        mixed = along[: end - begin] | along[side:]
+        mixed |= rows[side:, :width] != rows[: end - begin, :width]
+        found += int(np.count_nonzero(mixed))
+    return found
 
 
 def _checked(labels: LabelMap, size: int) -> LabelMap:

@@ -473,7 +473,7 @@ def height_of(
 ) -> Callable[[float, float], float]:
     """The efficiency, or the magnitude of a speed, at one θ and φ_L; nan where there is none.
 
-    The same bits as `toss`, in a sixth of its time: without its checks, and without new arrays.
+    The same bits as `toss`, without its checks and new arrays, which take most of its time.
     """
     table = TossTable(np.empty((1, 5)), setting.frequency, setting.disk)
     tau = float(_start_phase(np.asarray(phase)))

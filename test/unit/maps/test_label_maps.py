@@ -106,4 +106,6 @@ def test_strips_change_nothing(seed: int, rows: int, columns: int, periodic: boo
         for pixels in (1, 7 * columns, rows * columns // 2):
             patch.setattr(label_maps, "PIXELS", pixels)
             assert measured() == whole
+            patch.setattr(label_maps, "_NEAR", pixels)
+            assert measured() == whole
     assert unresolved_fraction(labels) == np.mean(labels == -1)
