@@ -8,7 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from bouncing_disk_ros.help_text import parameter_lines, service_lines, topic_lines
-from bouncing_disk_ros.kernel_cache import announce_compilation, compile_kernels
+from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.ros.startup import Start
 
 if TYPE_CHECKING:
@@ -38,7 +38,6 @@ def main(args: Sequence[str] | None = None) -> int:
     start.parse()
     stop = start.stop
     with stop.importing():
-        compile_kernels()
         announce_compilation("simulator")
         from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
         from bouncing_disk_ros.ros.spin import run_node, spin
