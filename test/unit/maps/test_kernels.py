@@ -27,8 +27,8 @@ PACKAGES = ("maps", "core", "motor_study", "juggling.kernels", "measured.kernels
 """Those that may import numba (test_architecture.py)."""
 TAKEN = {"numba": {"config", "from_dtype", "njit", "types"},
          "numba.extending": {"intrinsic"}, "numba.core": {"event", "caching"},
-         "numba.core.codegen": {"JITCodeLibrary"}, "numba.core.compiler": {"Compiler"}, "numba.core.typing": {"cffi_utils"},
-         "numba.np": {"arraymath"}}  # fmt: skip
+         "numba.core.codegen": {"JITCodeLibrary"}, "numba.core.compiler": {"Compiler"},
+         "numba.core.typing": {"cffi_utils"}, "numba.np": {"arraymath"}}  # fmt: skip
 """All that is taken from numba; `jit` keeps the lock, `prange` and `vectorize` have threads."""
 
 
