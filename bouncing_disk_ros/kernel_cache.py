@@ -12,12 +12,11 @@ import hashlib
 import os
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 import time
 import warnings
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -26,35 +25,6 @@ from bouncing_disk_ros.folders import PACKAGE, base_folders, made_private
 KERNEL_FOLDERS = ("core", "maps", "motor_study", "juggling/kernels", "measured/kernels")
 """The folders that hold all compiled functions."""
 UNUSED_DAYS = 30
-Shares = tuple[tuple[str, ...], ...]
-"""Modules whose kernels are compiled side by side, each share by one process: when the module is
-imported, or by a function of it (module:function). Shares take about the same time; modules that
-call the same inner functions are in one share, because each process compiles these anew."""
-_PHYSICS: tuple[Shares, ...] = (
-    (
-        ("core.next_event",),
-        ("core.event_store", "core.resolve_event", "core.input_kernels"),
-    ),
-    (("core.stepper",),),  # calls what the first two have compiled
-)
-_OFFSETS: tuple[Shares, ...] = (
-    (("core.offset_kernels:searches",), ("core.offset_kernels:inputs", "core.offset_extremes")),
-    (("core.offset_kernels:everything",),),
-)
-_STUDIES: Shares = (
-    (
-        "maps.lanes.attractor_lanes",
-        "maps.single_toss",
-        "juggling.kernels.loop_kernel",
-    ),
-    (
-        "maps.lanes.basin_kernel",
-        "maps.rotation_map",
-        "maps.map_tangent",
-        "maps.axial_flights",
-        "motor_study.motor_cell",
-    ),
-)
 _UNUSED = ("scipy.linalg.cython_blas", "cffi", "coverage")
 """Modules that numba imports where they are installed, and no kernel uses."""
 _NAME = re.compile(r"numba-[0-9a-f]{16}")
@@ -208,80 +178,6 @@ def passing_folder() -> Path | None:
         atexit.register(shutil.rmtree, folder, ignore_errors=True)
         return Path(folder)
     return None
-
-
-def compile_kernels(*, studies: bool = False) -> None:
-    """Compile the simulator's kernels into the cache if it lacks them, in two processes; say so.
-
-    `studies`: those of the studies too. What fails here is compiled again, and raises its error,
-    where it is imported.
-    """
-    _compile("the physics", "some 10 s", *_PHYSICS)
-    if studies:
-        compile_offset_kernels()
-        _compile("the maps of the studies", "about a minute", _STUDIES)
-
-
-def compile_offset_kernels() -> None:
-    """The same for the kernels that only motions with an offset need."""
-    if os.environ.get("NUMBA_CACHE_DIR"):  # else nothing that a process compiles lasts
-        _compile("the physics of trajectories", "some 12 s", *_OFFSETS)
-
-
-def _compile(what: str, time: str, *steps: Shares) -> None:
-    """Compile the shares of each step, side by side, step after step, unless that has been done."""
-    from importlib.metadata import version
-
-    folder = Path(os.environ.get("NUMBA_CACHE_DIR", "."))
-    place = "" if _NAME.fullmatch(folder.name) else Path(__file__).parent  # see below
-    versions = f"{sys.version} {version('numba')} {place} {what}"
-    marker = folder / f"compiled-{hashlib.sha256(versions.encode()).hexdigest()[:16]}"
-    if marker.is_file():
-        return
-    line = f"bouncing_disk_ros: compiling {what} once for this machine, {time} on two cores"
-    print(line, file=sys.stderr, flush=True)
-    with ExitStack() as ending, suppress(OSError):  # of a process that has ended; of the marker
-        processes = [ending.enter_context(_compiler()) for _ in range(max(map(len, steps)))]
-        if all(_compiled(list(zip(processes, shares, strict=False))) for shares in steps):
-            marker.touch()  # if it fails, the line is said again, and all found compiled
-
-
-def _compiled(work: list[tuple[subprocess.Popen[bytes], tuple[str, ...]]]) -> bool:
-    """Let each process compile its modules; whether all have."""
-    for process, modules in work:
-        assert process.stdin is not None
-        process.stdin.write(" ".join(modules).encode() + b"\n")
-    replies = [process.stdout.readline() for process, _ in work if process.stdout is not None]
-    return all(replies)
-
-
-def _compiler() -> subprocess.Popen[bytes]:
-    """Start a process that compiles the modules of each line that it reads, then writes a line."""
-    home = str(Path(__file__).parents[1])  # this copy: numba may file kernels by their place
-    return subprocess.Popen(
-        [sys.executable, "-P", "-c", _COMPILER, home],
-        bufsize=0, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-    )  # fmt: skip
-
-
-_COMPILER = """
-import gc, importlib, os, signal, sys
-signal.signal(signal.SIGINT, signal.SIG_DFL)  # no traceback at Ctrl-C
-gc.disable()  # a tenth of the time goes into looks for cycles
-sys.path.insert(0, sys.argv[1])
-from bouncing_disk_ros.kernel_cache import load_numba_alone
-load_numba_alone()
-from bouncing_disk_ros.core.arithmetic import compile_parts
-for line in sys.stdin:
-    for module in line.split():
-        module, _, function = module.partition(":")
-        loaded = importlib.import_module(f"bouncing_disk_ros.{module}")
-        if function:
-            getattr(loaded, function)()
-        compile_parts()
-    print("compiled", flush=True)
-os._exit(0)  # to free what has been compiled takes more than a second
-"""
 
 
 def share_compiled_kernels() -> bool:

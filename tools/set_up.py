@@ -40,6 +40,19 @@ LEVELS = {
     "bench": ("run", "test", "bench"),
     "interop": ("run", "test", "interop"),
 }
+#: modules whose kernels `make` compiles: what a run needs, and what trajectories and studies do
+KERNELS = (
+    "core.engine",
+    "core.offset_extremes",
+    "maps.lanes.attractor_lanes",
+    "maps.lanes.basin_kernel",
+    "maps.single_toss",
+    "maps.rotation_map",
+    "maps.map_tangent",
+    "maps.axial_flights",
+    "motor_study.motor_cell",
+    "juggling.kernels.loop_kernel",
+)
 APT_LINE = "sudo apt install git make python3 python3-venv"
 
 
@@ -140,11 +153,10 @@ def build(level: str, parts: "list[str]") -> None:
 
 def compile_kernels(level: str) -> None:
     """Compile the kernels now, so that the first start is like the others."""
-    studies = level != "run"
-    code = (
-        "from bouncing_disk_ros.kernel_cache import compile_kernels\n"
-        f"compile_kernels(studies={studies})"
-    )
+    modules = KERNELS if level != "run" else KERNELS[:1]
+    imports = [f"import bouncing_disk_ros.{module}" for module in modules]
+    announce = "from bouncing_disk_ros.kernel_cache import announce_compilation as announce"
+    code = "\n".join([announce, "announce('make')", *imports])
     subprocess.call([str(VENV / "bin" / "python"), "-P", "-c", code], cwd=str(ROOT))
 
 

@@ -6,12 +6,15 @@ which IEEE 754 defines to the last bit; nothing here may be compiled with fastma
 
 from __future__ import annotations
 
+import gc
 import math
 from collections.abc import Callable
 from typing import Any, TypeAlias
 
 from numba import njit, types
-from numba.extending import intrinsic, overload
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+from numba.extending import intrinsic
 
 Kernel: TypeAlias = Callable[..., Any]
 
@@ -40,23 +43,63 @@ C4, C6, C8, C10 = 1.0 / 24.0, -1.0 / 720.0, 1.0 / 40320.0, -1.0 / 3628800.0
 C12, C14, C16 = 1.0 / 479001600.0, -1.0 / 87178291200.0, 1.0 / 20922789888000.0
 
 
-# Wrappers for Python would take as long to compile as the functions, which only compiled ones call.
-_INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+class InnerLibrary(JITCodeLibrary):
+    """LLVM code of an inner function and of what it calls: no machine code, which nobody would run.
+
+    numba would optimise each inner function anew within each function that calls it. So it is
+    optimised once within each entry, and a first start takes half the processor time.
+    """
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, _name: str) -> int:
+        """Return 0: no such function in machine code."""
+        return 0
+
+    @property
+    def codegen(self) -> InnerLibrary:
+        """What sets an environment for Python objects: this library, which has none."""
+        return self
+
+    def set_env(self, _name: str, _environment: object) -> None:
+        """Do nothing: compiled code without Python objects reads no environment."""
+
+
+class InnerCompiler(Compiler):
+    """numba's compiler for functions that only compiled functions call."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return numba's passes, which are to write into an InnerLibrary."""
+        state = self.state
+        state.library = InnerLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        found: list[Any] = super().define_pipelines()
+        return found
 
 
 def kernel(function: Kernel) -> Kernel:
     """Compile an inner function of the core, inlined; entry points are compiled with `entry`."""
-    return _for_all_integers(njit(nogil=True, **_INNER, forceinline=True)(function))
+    return _inner(function, inlined=True)
 
 
 def rare_kernel(function: Kernel) -> Kernel:
     """Compile an inner function that runs seldom: called, not inlined, for a short compilation."""
-    # Without forceinline=False numba takes over that of the first caller.
-    return _for_all_integers(njit(nogil=True, **_INNER, forceinline=False)(function))
+    return _inner(function, inlined=False)  # not None: numba would do as with the first caller
 
 
-def _for_all_integers(compiled: Any) -> Kernel:
-    """Let numba compile a function once for all integers, not again for each literal one."""
+def _inner(function: Kernel, *, inlined: bool) -> Kernel:
+    """Let numba compile what only compiled functions call, to LLVM code (`InnerLibrary`).
+
+    Once for all integers, not again for each literal one.
+    """
+    compiled: Any = njit(
+        error_model="numpy", nogil=True, no_cpython_wrapper=True, no_cfunc_wrapper=True,
+        forceinline=inlined, pipeline_class=InnerCompiler,
+    )(function)  # fmt: skip
     template = compiled.get_call_template
 
     def template_of_types(given: tuple[Any, ...], keywords: Any) -> Any:
@@ -73,90 +116,18 @@ def entry(*signature: object) -> Callable[[Kernel], Kernel]:
 
     def compile_entry(function: Kernel) -> Kernel:
         share_compiled_kernels()
-        compiled: Kernel = njit(
-            *signature, error_model="numpy", nogil=True, cache=True, no_cfunc_wrapper=True
-        )(function)
+        collects = gc.isenabled()
+        gc.disable()  # a sixth of the time to compile would go into looks for cycles
+        try:
+            compiled: Kernel = njit(
+                *signature, error_model="numpy", nogil=True, cache=True, no_cfunc_wrapper=True
+            )(function)
+        finally:
+            if collects:
+                gc.enable()
         return compiled
 
     return compile_entry
-
-
-_parts: list[tuple[Any, tuple[object, ...]]] = []
-"""What `part` has declared, and the types of its arguments."""
-
-
-def part(*arguments: object) -> Callable[[Kernel], Kernel]:
-    """Declare a function that is compiled and cached by itself, for what calls it, not for Python.
-
-    It is compiled or loaded only when one of its callers is compiled: a start with all cached does
-    neither. `compile_parts` compiles what has been declared. It may allocate nothing, and does not
-    count who holds the arrays that it is given: its caller does.
-    """
-    from bouncing_disk_ros.kernel_cache import share_compiled_kernels
-
-    def declare(function: Kernel) -> Kernel:
-        share_compiled_kernels()
-        declared = _for_all_integers(njit(nogil=True, **_INNER, _nrt=False, cache=True)(function))
-        _parts.append((declared, arguments))
-        return declared
-
-    return declare
-
-
-def compile_parts() -> None:
-    """Compile the parts that are imported into the cache, before and beside what calls them."""
-    for declared, arguments in _parts:
-        declared.compile(arguments)
-
-
-OFFSET_FIELD = "axial_duration"
-"""A field that only the record of a motion with an offset has (layout.OFFSET_DTYPE)."""
-
-
-_WITH_OFFSET: dict[str, Kernel] = {}
-"""Functions that stand in place of those of the same name where the motion has an offset."""
-
-
-def for_offsets(function: Kernel) -> Kernel:
-    """Declare what compiled code calls for a motion with an offset (`chosen_by_motion`)."""
-    _WITH_OFFSET[function.__name__] = function
-    return function
-
-
-def chosen_by_motion(function: Kernel) -> Kernel:
-    """Let compiled code call another function of this name for a motion with an offset.
-
-    The first argument is the motion, the other function is declared with `for_offsets`. For a
-    motion without an offset the function itself is called: nothing is compiled for an offset.
-    """
-
-    def choose(motion: Any, *_: Any) -> Kernel:
-        if isinstance(motion, types.Record) and OFFSET_FIELD in motion.fields:
-            return _WITH_OFFSET[function.__name__]
-        return function
-
-    options = {"error_model": "numpy", "forceinline": True}
-    overload(function, jit_options=options, strict=False)(choose)
-    return function
-
-
-def compile_also(compiled: Kernel, argument: object, other: object) -> None:
-    """Compile an entry for another type of one of its arguments, once; cached as the first is.
-
-    A part is declared for it.
-    """
-    for declared, arguments in _parts:
-        if declared is compiled:
-            _parts.append((declared, tuple(other if a == argument else a for a in arguments)))
-            return
-    signatures: list[tuple[object, ...]] = list(compiled.signatures)  # type: ignore[attr-defined]
-    wanted = tuple(other if found == argument else found for found in signatures[0])
-    if wanted not in signatures:
-        compiled.disable_compile(False)  # type: ignore[attr-defined]
-        try:
-            compiled.compile(wanted)  # type: ignore[attr-defined]
-        finally:
-            compiled.disable_compile()  # type: ignore[attr-defined]
 
 
 @kernel

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
 from typing import Any, Self
 
 import numpy as np
@@ -37,7 +36,6 @@ from bouncing_disk_ros.core.offset import Segment, hold
 from bouncing_disk_ros.core.offset_record import with_offset
 from bouncing_disk_ros.core.roots import INSTANT
 from bouncing_disk_ros.field_checks import with_names
-from bouncing_disk_ros.kernel_cache import compile_offset_kernels
 
 _ROOM = 4096  # rows of one call of the stepper: what it writes is copied once
 _MOST_AT_AN_INSTANT = 100_000  # events, in units of work
@@ -55,8 +53,7 @@ class Engine:
         self.state = np.zeros(1, STATE_DTYPE)
         self.base = np.zeros(1, MOTION_DTYPE)  # the sinusoid
         self.segments: Segments = (hold(0, 0.0), hold(0, 0.0))  # of the offset
-        self.m = self.base  # both: what the kernels read
-        self._knot_ahead = False
+        self._join_motions()
         self._stands_at, self._events_here = (0, 0.0), 0
         self._ledger = np.zeros((2, len(LEDGER_FIELDS)))
         self._open_row = np.zeros(1, IMPACT_DTYPE)
@@ -219,16 +216,8 @@ class Engine:
             self._ledger[0, THROUGHPUT] += float(self.k["mass"][0]) * axial * axial
         input_kernels.follow_platform(self.state, self.m, angular != 0.0)
 
-    def expect_knot(self, ahead: bool) -> None:
-        """Whether a segment of the offset is to begin."""
-        if ahead != self._knot_ahead:
-            self._knot_ahead = ahead
-            self._join_motions()
-
     def _join_motions(self) -> None:
-        self.m = with_offset(self.base, *self.segments, knot_ahead=self._knot_ahead)
-        if self.m is not self.base:
-            _load_offset_kernels()
+        self.m = with_offset(self.base, *self.segments)
 
     def apply_impulse(self, axial_impulse: float, angular_impulse: float) -> None:
         """Add impulses to the halted disk."""
@@ -339,15 +328,6 @@ class Engine:
         )
         engine._open_row = checkpoint.record("open_row", values["open_row"], IMPACT_DTYPE)
         return engine
-
-
-@cache
-def _load_offset_kernels() -> None:
-    """Compile what motions with an offset need, on all cores, or load it."""
-    compile_offset_kernels()
-    from bouncing_disk_ros.core import offset_kernels
-
-    offset_kernels.everything()
 
 
 def _of_old_records(values: Any) -> Any:

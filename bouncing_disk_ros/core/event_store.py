@@ -1,13 +1,8 @@
-"""Store an event that was found in the state, with the clock at its instant.
-
-Compiled by itself, beside the search for events (`kernel_cache`).
-"""
+"""Store an event that was found in the state, with the clock at its instant."""
 
 from __future__ import annotations
 
-from numba import types
-
-from bouncing_disk_ros.core.arithmetic import kernel, part, rare_kernel
+from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel
 from bouncing_disk_ros.core.flight import (
     Launch,
     flies_far,
@@ -24,15 +19,12 @@ from bouncing_disk_ros.core.forcing_clock import (
     seconds_between,
 )
 from bouncing_disk_ros.core.layout import (
-    DISK,
     IMPACT,
     LONGEST,
-    MOTION,
     NEVER,
     NOTHING,
     SEPARATION,
     SKIP,
-    STATE,
     STEADY,
 )
 from bouncing_disk_ros.core.platform import Record
@@ -94,15 +86,7 @@ def _see_platform_at_its_phase(state: Record, motion: Record, launch: Launch, d:
         state.event_value = w
 
 
-@part(
-    STATE.dtype,
-    MOTION.dtype,
-    DISK.dtype,
-    types.int64,
-    types.float64,
-    types.float64,
-    types.int64,
-)
+@rare_kernel
 def store_event(
     state: Record,
     motion: Record,

@@ -13,7 +13,6 @@ from typing import NamedTuple
 from bouncing_disk_ros.core.arithmetic import (
     TWO_PI,
     arcsine,
-    chosen_by_motion,
     kernel,
     rare_kernel,
     sincos,
@@ -23,11 +22,12 @@ from bouncing_disk_ros.core.layout import FADE, STEADY
 from bouncing_disk_ros.core.platform import (
     Jet,
     Record,
+    Six,
     axial_jet,
     blend_jet,
     bounds_between,
     bounds_from,
-    fade_time,
+    offset_at,
     phase_advance,
     relative_blend,
     sinusoid_jet,
@@ -96,7 +96,7 @@ def fading_gap(motion: Record, launch: Launch, d: float) -> Jet:
     t = motion.duration
     x = d / t
     c1, c2, c3, c4, c5 = relative_blend(motion, elapsed)
-    b0, _, _, _, _ = blend_jet(fade_time(motion, elapsed) / t, t)
+    b0, _, _, _, _ = blend_jet((elapsed + motion.fade_lead) / t, t)
     second = x * x * (c2 + x * (c3 + x * (c4 + x * c5)))  # Δb − c1 x
     grown = c1 * x + second
     slope_change = x * (2.0 * c2 + x * (3.0 * c3 + x * (4.0 * c4 + x * 5.0 * c5))) / t
@@ -129,16 +129,15 @@ def fading_gap(motion: Record, launch: Launch, d: float) -> Jet:
     return gap + (u - 0.5 * g * d) * d - rise, u - g * d - fall, -g - jet[2], -jet[3], -jet[4]
 
 
-@chosen_by_motion
-def offset_bends(_motion: Record) -> bool:
-    """Whether the axial offset has an acceleration."""
-    return False
-
-
-@chosen_by_motion
-def gap_with_offset(_motion: Record, _elapsed: float, _d: float, jet: Jet) -> Jet:
-    """Jet of a gap d seconds after `elapsed`: the gap over the sinusoid less the offset's part."""
-    return jet
+@kernel
+def gap_less(jet: Jet, p: Six, d: float) -> Jet:
+    """A gap's jet d seconds on, less what the offset p(t + d) − p(t) − ṗ(t) d takes of it."""
+    _, _, p2, p3, p4, p5 = p
+    rise = d * d * (p2 / 2.0 + d * (p3 / 6.0 + d * (p4 / 24.0 + d * p5 / 120.0)))
+    slope = d * (p2 + d * (p3 / 2.0 + d * (p4 / 6.0 + d * p5 / 24.0)))
+    pull = p2 + d * (p3 + d * (p4 / 2.0 + d * p5 / 6.0))
+    jerk = p3 + d * (p4 + d * p5 / 2.0)
+    return jet[0] - rise, jet[1] - slope, jet[2] - pull, jet[3] - jerk, jet[4] - (p4 + d * p5)
 
 
 @kernel
@@ -149,7 +148,10 @@ def gap_after(motion: Record, launch: Launch, d: float) -> Jet:
         jet = steady_gap(motion.a, motion.omega, sine, cosine, g, gap, u, d)
     else:
         jet = fading_gap(motion, launch, d)
-    return gap_with_offset(motion, elapsed, d, jet)
+    if motion.bending == 0:
+        return jet
+    time = elapsed + motion.axial_lead
+    return gap_less(jet, offset_at(motion.axial, motion.axial_duration, time), d)
 
 
 @kernel
@@ -349,7 +351,7 @@ def _impact_ahead(
 @kernel
 def never_leaves(motion: Record, g: float) -> bool:
     """Whether the platform moves as a steady sinusoid with Γ ≤ 1/π, to rounding: a may touch 0."""
-    steady = motion.da == 0.0 and motion.df == 0.0 and not offset_bends(motion)
+    steady = motion.da == 0.0 and motion.df == 0.0 and motion.bending == 0
     return steady and motion.a * motion.omega * motion.omega <= g * (1.0 + 8.0 * ROUNDING)
 
 

@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 from bouncing_disk_ros.core.arithmetic import (
     TWO_PI,
-    chosen_by_motion,
     kernel,
     pair_product,
     pair_quotient,
@@ -24,7 +23,7 @@ from bouncing_disk_ros.core.arithmetic import (
     wrapped,
 )
 from bouncing_disk_ros.core.layout import FADE, STEADY
-from bouncing_disk_ros.core.platform import Record, fade_end, phase_advance
+from bouncing_disk_ros.core.platform import Record, phase_advance
 
 _GIGA = 1e9
 
@@ -108,12 +107,6 @@ def seconds_between(ns0: int, sub0: float, ns1: int, sub1: float) -> float:
     return (float(ns1 - ns0) + (sub1 - sub0)) / _GIGA
 
 
-@chosen_by_motion
-def origin_of(motion: Record) -> int:
-    """The instant, ns, from which `elapsed` counts."""
-    return motion.begin_ns
-
-
 @kernel
 def elapsed(motion: Record, ns: int, sub: float) -> float:
     """Seconds since a fade began, not past its end; 0 for a steady motion.
@@ -122,7 +115,7 @@ def elapsed(motion: Record, ns: int, sub: float) -> float:
     """
     if motion.kind == STEADY:
         return 0.0
-    return min((float(ns - origin_of(motion)) + sub) / _GIGA, fade_end(motion))
+    return min((float(ns - motion.origin_ns) + sub) / _GIGA, motion.fade_end)
 
 
 @kernel

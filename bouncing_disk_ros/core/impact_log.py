@@ -11,7 +11,7 @@ from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel
 from bouncing_disk_ros.core.forcing_clock import elapsed
 from bouncing_disk_ros.core.layout import STEADY
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, LARGEST_FLOAT32
-from bouncing_disk_ros.core.platform import Record, axial_jet, blend_jet, fade_time
+from bouncing_disk_ros.core.platform import Record, axial_jet, blend_jet
 
 Rows = Any  # array of IMPACT_DTYPE
 ROWS = from_dtype(IMPACT_DTYPE)[::1]
@@ -37,7 +37,7 @@ def begin_row(
     row.angular_impact_velocity = slip
     blend = 0.0
     if motion.kind != STEADY:
-        since = fade_time(motion, elapsed(motion, state.ns, state.sub))
+        since = elapsed(motion, state.ns, state.sub) + motion.fade_lead
         blend = blend_jet(since / motion.duration, motion.duration)[0]
     omega = TWO_PI * (motion.f + motion.df * blend)
     row.y = shown(-w * omega / (math.pi * disk.g))
@@ -57,7 +57,7 @@ def end_row(row: Record, state: Record, motion: Record) -> None:
     row.x = state.tau / TWO_PI
     blend = 0.0
     if motion.kind != STEADY:
-        blend = blend_jet(fade_time(motion, since) / motion.duration, motion.duration)[0]
+        blend = blend_jet((since + motion.fade_lead) / motion.duration, motion.duration)[0]
     reach = TWO_PI * (motion.f + motion.df * blend) * (motion.p + motion.dp * blend)
     row.z = shown(state.omega / reach) if reach > 0.0 else 0.0
 

@@ -98,8 +98,10 @@ MOTION_DTYPE = np.dtype(
 )
 
 OFFSET_DEGREE = 5
-OFFSET_DTYPE = np.dtype(
+PLATFORM_DTYPE = np.dtype(
     [
+        *((name, MOTION_DTYPE[name]) for name in MOTION_DTYPE.names or ()),
+        ("offset", "i8"),  # 1: there is one
         # of the segments in force: derivatives 0 to 5, as polynomials of (t − begin)/duration, each
         # coefficient with what its rounding left out
         ("axial", "f8", (OFFSET_DEGREE + 1, OFFSET_DEGREE + 1, 2)),
@@ -114,12 +116,13 @@ OFFSET_DTYPE = np.dtype(
         ("fade_end", "f8"),  # s from the origin to its end; inf for none
         ("turning", "i8"),  # 1: the angular offset changes
         ("bending", "i8"),  # 1: the axial offset has an acceleration
-        # last: a record that began as the other does would be taken for one of its kind
-        *((name, MOTION_DTYPE[name]) for name in MOTION_DTYPE.names or ()),
+        ("fifth", "f8"),  # derivative of the angular offset, the last that is not 0
     ],
     align=True,
 )
-"""A motion with an offset; its kind is MOVING while the offset changes in a steady motion."""
+"""What the kernels read: a sinusoid or a cross-fade (MOTION_DTYPE), and the offset added to it.
+
+Its kind is MOVING while the offset changes in a steady motion."""
 
 DISK_DTYPE = np.dtype(
     [
@@ -154,8 +157,7 @@ W_AXIAL, W_ANGULAR, W_IMPULSES, W_PARAMETERS = range(4)
 L_AXIAL, L_FRICTION, L_SLIDING, L_BRAKE, THROUGHPUT = range(4, 9)
 
 STATE = from_dtype(STATE_DTYPE)[::1]
-MOTION = from_dtype(MOTION_DTYPE)[::1]
-OFFSET_MOTION = from_dtype(OFFSET_DTYPE)[::1]
+MOTION = from_dtype(PLATFORM_DTYPE)[::1]
 DISK = from_dtype(DISK_DTYPE)[::1]
 LEDGER = types.float64[:, ::1]  # (2, 9): sums and what their rounding left out
 

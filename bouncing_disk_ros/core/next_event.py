@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 
-from numba import types
-
-from bouncing_disk_ros.core.arithmetic import kernel, part, rare_kernel
+from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel
 from bouncing_disk_ros.core.chatter import BOUNCES, STILL, braked_chatter, chatter_verdict
 from bouncing_disk_ros.core.contact import (
     HOLD,
@@ -29,13 +27,11 @@ from bouncing_disk_ros.core.forcing_clock import elapsed, seconds_between
 from bouncing_disk_ros.core.friction import tie
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
-    DISK,
     FAULT,
     FLIGHT,
     IMPACT,
     LETS_GO,
     LONGEST,
-    MOTION,
     NEVER,
     NOTHING,
     PAST_BOUNDARY,
@@ -44,7 +40,6 @@ from bouncing_disk_ros.core.layout import (
     SLIDING,
     SLIP,
     SLIP_ENDS,
-    STATE,
     STEADY,
     STICKING,
     STILLED,
@@ -58,7 +53,6 @@ from bouncing_disk_ros.core.platform import (
     Record,
     angular_jet,
     axial_jet,
-    fade_end,
     span_from,
     turns_next,
     turns_not,
@@ -87,7 +81,7 @@ def _chatter(
     return NextEvent(CHATTER_ENDS, t, sign, 0)
 
 
-@part(STATE.dtype, MOTION.dtype, DISK.dtype, types.float64, types.float64)
+@rare_kernel
 def after_flight(
     state: Record, motion: Record, disk: Record, since: float, horizon: float
 ) -> NextEvent:
@@ -320,7 +314,7 @@ def brake_event(
     return NextEvent(NOTHING, 0.0, 0.0, found.steps)
 
 
-@part(STATE.dtype, MOTION.dtype, DISK.dtype, types.float64, types.float64)
+@rare_kernel
 def after_contact(
     state: Record, motion: Record, disk: Record, since: float, horizon: float
 ) -> NextEvent:
@@ -342,14 +336,12 @@ def after_contact(
 
 # ------------------------------------------------------------------------------------------------
 # Find the next event: computed once, with a horizon fixed by state and inputs, and stored.
-#
-# What it calls is compiled by itself, in two processes side by side (`kernel_cache`).
 
 
 _STEPS_PER_EVENT = 16  # so many steps of a search cost as much as one event
 
 
-@part(STATE.dtype, MOTION.dtype, DISK.dtype, types.int64)
+@rare_kernel
 def find_next(state: Record, motion: Record, disk: Record, boundary_ns: int) -> int:
     """Store the next event up to boundary_ns (an input or an end of a cross-fade) in the state.
 
@@ -360,7 +352,7 @@ def find_next(state: Record, motion: Record, disk: Record, boundary_ns: int) -> 
         horizon = seconds_between(state.ns, state.sub, boundary_ns, 0.0) + PAST_BOUNDARY
     since = elapsed(motion, state.ns, state.sub)
     if motion.kind != STEADY:
-        until = fade_end(motion)
+        until = motion.fade_end
         left = max(until - since, 0.0)
         if state.phase == FLIGHT:  # an impact may be due at the very end
             left += 8.0 * ROUNDING * until

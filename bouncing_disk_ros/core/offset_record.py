@@ -1,4 +1,4 @@
-"""The record of a motion with an offset, as the kernels read it (layout.OFFSET_DTYPE)."""
+"""The record of a motion with an offset, as the kernels read it (layout.PLATFORM_DTYPE)."""
 
 from __future__ import annotations
 
@@ -11,14 +11,11 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.layout import (
     FADE,
-    MOTION_DTYPE,
     MOVING,
     OFFSET_DEGREE,
-    OFFSET_DTYPE,
 )
 from bouncing_disk_ros.core.offset import CONSTANT, LINE, Segment, coefficients, derivative, highest
-from bouncing_disk_ros.core.offset_motion import PAST_END, offset_bounds
-from bouncing_disk_ros.core.platform import ROOM
+from bouncing_disk_ros.core.platform import PAST_END, ROOM, offset_bounds, without_offset
 
 _PARTS = 4
 """Parts of a segment that have bounds of their own."""
@@ -49,22 +46,15 @@ def is_nothing(segment: Segment) -> bool:
     return segment.degree == CONSTANT and segment.start.position == 0.0
 
 
-def with_offset(
-    base: NDArray[np.void], axial: Segment, angular: Segment, *, knot_ahead: bool = False
-) -> NDArray[np.void]:
-    """A motion's record with the offsets in force; `base` itself where they add nothing.
-
-    With a knot ahead it has one all the same: events take care to stay on their side of it.
-    """
-    if is_nothing(axial) and is_nothing(angular) and not knot_ahead:
-        return base
-    m = np.zeros(1, OFFSET_DTYPE)
-    for name in MOTION_DTYPE.names or ():
-        m[name] = base[name]
+def with_offset(base: NDArray[np.void], axial: Segment, angular: Segment) -> NDArray[np.void]:
+    """What the kernels read of a sinusoid or a cross-fade with the offset's segments in force."""
+    m = without_offset(base)
+    if is_nothing(axial) and is_nothing(angular):
+        return m
     moving = [segment for segment in (axial, angular) if segment.degree != CONSTANT]
     begins = [segment.begin_ns for segment in moving]
     begin_ns, end_ns, fades = int(m["begin_ns"][0]), int(m["end_ns"][0]), m["kind"][0] == FADE
-    m["origin_ns"], m["fade_end"] = begin_ns, math.inf
+    m["offset"] = 1
     if fades:
         origin = max([begin_ns, *begins])
         m["origin_ns"], m["fade_lead"] = origin, (origin - begin_ns) * 1e-9
@@ -76,6 +66,7 @@ def with_offset(
     m["bending"] = int(axial.degree > LINE)
     _enter(m, "axial", ("s2", "s3", "s4"), axial)
     _enter(m, "angular", ("b2", "b3", "b4"), angular)
+    m["fifth"] = m["angular"][0, 5, 0, 0]
     curved = [_duration_ns(segment) * 1e-9 for segment in moving if segment.degree > LINE]
     m["span"] = min(curved, default=math.inf) / _PARTS
     m["omega_max"] = max([float(m["omega_max"][0]), *(_DERIVATIVE_RATIO / t for t in curved)])

@@ -15,14 +15,22 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.arithmetic import (
     TWO_PI,
-    chosen_by_motion,
     kernel,
+    pair_sum,
     rare_kernel,
     sincos,
     sine_and_cosine,
+    two_product,
     wrapped,
 )
-from bouncing_disk_ros.core.layout import FADE, MOTION_DTYPE, NEVER, STEADY
+from bouncing_disk_ros.core.layout import (
+    FADE,
+    MOTION_DTYPE,
+    NEVER,
+    OFFSET_DEGREE,
+    PLATFORM_DTYPE,
+    STEADY,
+)
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.core.model import Motion
@@ -30,6 +38,13 @@ if TYPE_CHECKING:
 
 Record = Any  # a numba record: one element of an array with a dtype of `layout`
 Jet = tuple[float, float, float, float, float]
+Table = Any  # float64 (6, 6, 2), or None
+Six = tuple[float, float, float, float, float, float]
+
+PAST_END = 4.0
+"""ns: how far past its end a segment is followed (events are searched a little past a boundary)."""
+_GIGA = 1e9
+_SLACK = 2e-15  # of the sum of a polynomial's coefficients: the rounding of its bounds
 
 _JUST_PAST = 1.0 + 1e-9  # more than half a period ahead lies the zero that has just been
 # Largest values of b', b'', b''', b'''' on [0, 1].
@@ -77,46 +92,101 @@ def _steady_jet(amplitude: float, sine: float, cosine: float, w: float) -> Jet:
     return z0, z1, -w2 * z0, -w2 * z1, w2 * w2 * z0
 
 
-@chosen_by_motion
-def with_axial_offset(_motion: Record, _elapsed: float, jet: Jet) -> Jet:
-    """The jet of s: that of the sinusoid, with the offset's."""
-    return jet
+# ------------------------------------------------------------------------------------------------
+# What an offset adds. A table of None, as a SteadyMotion has, adds nothing: numba then leaves out
+# the rest.
 
 
-@chosen_by_motion
-def with_angular_offset(_motion: Record, _elapsed: float, jet: Jet) -> Jet:
-    """The jet of β: that of the sinusoid, with the offset's."""
-    return jet
+@rare_kernel
+def offset_at(table: Table, duration: float, time: float) -> Six:
+    """Derivatives 0 to 5 of a segment of `duration` ns, `time` s after its begin, to rounding."""
+    if table is None:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    t, more = two_product(time, _GIGA)
+    x = t / duration
+    p, e = two_product(x, duration)
+    rest = (((t - p) - e) + more) / duration  # of the quotient
+    d0 = d1 = d2 = d3 = d4 = d5 = 0.0
+    for order in range(OFFSET_DEGREE + 1):
+        high = low = 0.0
+        for i in range(OFFSET_DEGREE - order, -1, -1):
+            # Horner's step with pairs: what x lacks and the products' errors are carried along
+            p, e = two_product(high, x)
+            e += high * rest + low * x
+            high, low = pair_sum(p, e, table[order, i, 0], table[order, i, 1])
+        if order == 0:
+            d0 = high
+        elif order == 1:
+            d1 = high
+        elif order == 2:
+            d2 = high
+        elif order == 3:
+            d3 = high
+        elif order == 4:
+            d4 = high
+        else:
+            d5 = high
+    return d0, d1, d2, d3, d4, d5
 
 
-@chosen_by_motion
-def offset_turns(_motion: Record) -> bool:
-    """Whether the angular offset changes."""
-    return False
+@kernel
+def added(jet: Jet, p: Six) -> Jet:
+    """A platform's jet with an offset."""
+    return jet[0] + p[0], jet[1] + p[1], jet[2] + p[2], jet[3] + p[3], jet[4] + p[4]
 
 
-@chosen_by_motion
-def fade_time(_motion: Record, elapsed: float) -> float:
-    """Seconds since a cross-fade began."""
-    return elapsed
+@rare_kernel
+def offset_bounds(
+    table: Table, duration: float, begin: float, end: float
+) -> tuple[float, float, float]:
+    """Largest absolute second, third and fourth derivative between two times of a segment, s.
+
+    At the ends, or where the next derivative is 0; rounded up.
+    """
+    if table is None:
+        return 0.0, 0.0, 0.0
+    x0 = begin * _GIGA / duration
+    x1 = max(x0, min(end * _GIGA, duration + PAST_END) / duration)
+    a, b = table[4, 0, 0], table[4, 1, 0]
+    s4 = max(abs(a + b * x0), abs(a + b * x1))
+    s4 += _SLACK * (abs(a) + abs(b))
+    a, b, c = table[3, 0, 0], table[3, 1, 0], table[3, 2, 0]
+    s3 = max(abs(a + x0 * (b + x0 * c)), abs(a + x1 * (b + x1 * c)))
+    if c != 0.0:
+        x = min(max(-0.5 * b / c, x0), x1)
+        s3 = max(s3, abs(a + x * (b + x * c)))
+    s3 += _SLACK * (abs(a) + abs(b) + abs(c))
+    a, b, c, e = table[2, 0, 0], table[2, 1, 0], table[2, 2, 0], table[2, 3, 0]
+    s2 = max(abs(a + x0 * (b + x0 * (c + x0 * e))), abs(a + x1 * (b + x1 * (c + x1 * e))))
+    root = c * c - 3.0 * b * e
+    if root >= 0.0:
+        q = -(c + (math.sqrt(root) if c >= 0.0 else -math.sqrt(root)))
+        x = x0 if e == 0.0 else min(max(q / (3.0 * e), x0), x1)
+        y = x0 if q == 0.0 else min(max(b / q, x0), x1)
+        s2 = max(s2, abs(a + x * (b + x * (c + x * e))), abs(a + y * (b + y * (c + y * e))))
+    s2 += _SLACK * (abs(a) + abs(b) + abs(c) + abs(e))
+    return s2, s3, s4
 
 
-@chosen_by_motion
-def fade_end(motion: Record) -> float:
-    """`elapsed` at the end of a cross-fade, s; inf for no cross-fade."""
-    return float(motion.duration)
-
-
-@chosen_by_motion
-def fifth_of_angular_offset(_motion: Record) -> float:
-    """The fifth derivative of the angular offset, the last that is not 0."""
-    return 0.0
+# ------------------------------------------------------------------------------------------------
+# The platform's motion: sinusoid or cross-fade, and offset.
 
 
 @kernel
 def axial_jet(motion: Record, sine: float, cosine: float, elapsed: float) -> Jet:
     """s and its first four derivatives where sin τ = s, cos τ = c, `elapsed` s into a fade."""
-    return with_axial_offset(motion, elapsed, sinusoid_jet(motion, sine, cosine, elapsed))
+    if motion.kind == STEADY and motion.offset == 0:
+        return _steady_jet(motion.a, sine, cosine, motion.omega)
+    return _changing_axial_jet(motion, sine, cosine, elapsed)
+
+
+@rare_kernel
+def _changing_axial_jet(motion: Record, sine: float, cosine: float, elapsed: float) -> Jet:
+    jet = sinusoid_jet(motion, sine, cosine, elapsed)
+    if motion.offset == 0:
+        return jet
+    time = elapsed + motion.axial_lead
+    return added(jet, offset_at(motion.axial, motion.axial_duration, time))
 
 
 @kernel
@@ -129,7 +199,7 @@ def sinusoid_jet(motion: Record, sine: float, cosine: float, elapsed: float) -> 
 
 @rare_kernel
 def _fading_axial_jet(motion: Record, sine: float, cosine: float, elapsed: float) -> Jet:
-    b0, b1, b2, b3, b4 = blend_jet(fade_time(motion, elapsed) / motion.duration, motion.duration)
+    b0, b1, b2, b3, b4 = blend_jet((elapsed + motion.fade_lead) / motion.duration, motion.duration)
     d = motion.da
     z = (motion.a + d * b0, d * b1, d * b2, d * b3, d * b4)
     w = TWO_PI * motion.df
@@ -140,21 +210,33 @@ def _fading_axial_jet(motion: Record, sine: float, cosine: float, elapsed: float
 @kernel
 def angular_jet(motion: Record, s: float, c: float, elapsed: float) -> Jet:
     """β and its first four derivatives; arguments as in `axial_jet`."""
-    return with_angular_offset(motion, elapsed, _turned_jet(motion, s, c, elapsed))
+    if motion.kind == STEADY and motion.offset == 0:
+        return _turned_jet(motion, s, c)
+    return _changing_angular_jet(motion, s, c, elapsed)
+
+
+@rare_kernel
+def _changing_angular_jet(motion: Record, s: float, c: float, elapsed: float) -> Jet:
+    if motion.kind != FADE:
+        jet = _turned_jet(motion, s, c)
+    else:
+        jet = _fading_angular_jet(motion, s, c, elapsed)
+    if motion.offset == 0:
+        return jet
+    time = elapsed + motion.angular_lead
+    return added(jet, offset_at(motion.angular, motion.angular_duration, time))
 
 
 @kernel
-def _turned_jet(motion: Record, s: float, c: float, elapsed: float) -> Jet:
-    if motion.kind != FADE:
-        sine = s * motion.lag_cosine + c * motion.lag_sine
-        cosine = c * motion.lag_cosine - s * motion.lag_sine
-        return _steady_jet(motion.p, sine, cosine, motion.omega)
-    return _fading_angular_jet(motion, s, c, elapsed)
+def _turned_jet(motion: Record, s: float, c: float) -> Jet:
+    sine = s * motion.lag_cosine + c * motion.lag_sine
+    cosine = c * motion.lag_cosine - s * motion.lag_sine
+    return _steady_jet(motion.p, sine, cosine, motion.omega)
 
 
 @rare_kernel
 def _fading_angular_jet(motion: Record, s: float, c: float, elapsed: float) -> Jet:
-    b0, b1, b2, b3, b4 = blend_jet(fade_time(motion, elapsed) / motion.duration, motion.duration)
+    b0, b1, b2, b3, b4 = blend_jet((elapsed + motion.fade_lead) / motion.duration, motion.duration)
     lag_sine, lag_cosine = sincos(motion.lag + motion.dlag * b0)
     sine = s * lag_cosine + c * lag_sine
     cosine = c * lag_cosine - s * lag_sine
@@ -171,7 +253,7 @@ def _fading_angular_jet(motion: Record, s: float, c: float, elapsed: float) -> J
 @kernel
 def relative_blend(motion: Record, elapsed: float) -> Jet:
     """Coefficients c1 … c5 of b(σ + δ) − b(σ) = Σ c_k δ^k, `elapsed` s into a fade."""
-    x = fade_time(motion, elapsed) / motion.duration
+    x = (elapsed + motion.fade_lead) / motion.duration
     y = 1.0 - x
     return (
         30.0 * x * x * y * y,
@@ -188,7 +270,7 @@ def phase_advance(motion: Record, elapsed: float, d: float) -> float:
     if motion.kind != FADE:
         return motion.omega * d
     c1, c2, c3, c4, c5 = relative_blend(motion, elapsed)
-    b0, _, _, _, _ = blend_jet(fade_time(motion, elapsed) / motion.duration, motion.duration)
+    b0, _, _, _, _ = blend_jet((elapsed + motion.fade_lead) / motion.duration, motion.duration)
     x = d / motion.duration
     grown = x * x * (c1 / 2.0 + x * (c2 / 3.0 + x * (c3 / 4.0 + x * (c4 / 5.0 + x * c5 / 6.0))))
     return TWO_PI * ((motion.f + motion.df * b0) * d + motion.df * motion.duration * grown)
@@ -197,7 +279,7 @@ def phase_advance(motion: Record, elapsed: float, d: float) -> float:
 @kernel
 def turns_not(motion: Record) -> bool:
     """Whether the platform does not turn, over all of its motion in force."""
-    return motion.p == 0.0 and motion.dp == 0.0 and not offset_turns(motion)
+    return motion.p == 0.0 and motion.dp == 0.0 and motion.turning == 0
 
 
 @kernel
@@ -205,7 +287,7 @@ def turns_next(motion: Record, b: Jet) -> int:
     """Sign with which a platform whose β̇ is 0 turns from here on; 0: it stands."""
     if turns_not(motion):
         return 0
-    for derivative in (b[2], b[3], b[4], fifth_of_angular_offset(motion)):
+    for derivative in (b[2], b[3], b[4], motion.fifth):
         if derivative != 0.0:
             return 1 if derivative > 0.0 else -1
     return 0
@@ -229,7 +311,7 @@ ROOM = 1.0 + 1e-12  # bounds are rounded up by more than the rounding of their o
 
 
 class SteadyMotion(NamedTuple):
-    """A steady motion with the fields of layout.MOTION_DTYPE that kernels read.
+    """A steady motion with the fields of layout.PLATFORM_DTYPE that kernels read.
 
     Given in place of a record: numba leaves out what a steady motion does not need.
     """
@@ -256,6 +338,20 @@ class SteadyMotion(NamedTuple):
     b2: float
     b3: float
     b4: float
+    offset: int
+    axial: None
+    angular: None
+    axial_duration: float
+    angular_duration: float
+    span: float
+    origin_ns: int
+    axial_lead: float
+    angular_lead: float
+    fade_lead: float
+    fade_end: float
+    turning: int
+    bending: int
+    fifth: float
 
 
 @kernel
@@ -267,6 +363,7 @@ def steady_motion(
     return SteadyMotion(
         STEADY, 0, math.inf, a, 0.0, p, 0.0, f, 0.0, lag, 0.0, lag_sine, lag_cosine, w, w,
         a * ROOM, s2, s2 * w, s2 * w * w, b2, b2 * w, b2 * w * w,
+        0, None, None, 1.0, 1.0, math.inf, 0, 0.0, 0.0, 0.0, math.inf, 0, 0, 0.0,
     )  # fmt: skip
 
 
@@ -346,6 +443,16 @@ def fade(
     return m
 
 
+def without_offset(sinusoid: NDArray[np.void]) -> NDArray[np.void]:
+    """What the kernels read of a sinusoid or a cross-fade (layout.PLATFORM_DTYPE)."""
+    m = np.zeros(1, PLATFORM_DTYPE)
+    m.view(np.uint8)[: sinusoid.nbytes] = sinusoid.view(np.uint8)  # the record begins with it
+    m["origin_ns"], m["span"] = m["begin_ns"], math.inf
+    m["fade_end"] = m["duration"] if m["kind"][0] == FADE else math.inf
+    m["axial_duration"] = m["angular_duration"] = 1e9
+    return m
+
+
 # ------------------------------------------------------------------------------------------------
 # Bounds of the platform's derivatives over a piece of a motion: what certifies each search step.
 #
@@ -370,20 +477,6 @@ class Bounds(NamedTuple):
     until: float
 
 
-@chosen_by_motion
-def bounds_of_offset(
-    _motion: Record, _begin: float, _end: float
-) -> tuple[float, float, float, float, float, float]:
-    """Bounds of |p̈|, |p⃛|, |p⁗| and |q̈|, |q⃛|, |q⁗| between two values of `elapsed`."""
-    return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-
-
-@chosen_by_motion
-def span_within_offset(_motion: Record, span: float) -> float:
-    """A span of time, s, of which no segment of an offset has more than a few."""
-    return span
-
-
 @kernel
 def bounds_from(motion: Record, elapsed: float, d: float) -> Bounds:
     """Bounds from the delay d on, to the end of the panel of a cross-fade that holds d.
@@ -398,8 +491,7 @@ def bounds_from(motion: Record, elapsed: float, d: float) -> Bounds:
 @rare_kernel
 def _fading_bounds_from(motion: Record, elapsed: float, d: float) -> Bounds:
     span = span_from(motion, elapsed + d, motion.duration / _FEWEST_PANELS, 1.0)
-    end = d + span_within_offset(motion, span)
-    return _fading_bounds(motion, elapsed, d, end)
+    return _fading_bounds(motion, elapsed, d, d + min(span, motion.span))
 
 
 @kernel
@@ -420,7 +512,7 @@ def span_from(motion: Record, elapsed: float, longest: float, periods: float) ->
 @kernel
 def frequency_at(motion: Record, elapsed: float) -> float:
     """f, `elapsed` seconds into a cross-fade, Hz; that of its end after it."""
-    x = min(max(fade_time(motion, elapsed) / motion.duration, 0.0), 1.0)
+    x = min(max((elapsed + motion.fade_lead) / motion.duration, 0.0), 1.0)
     return motion.f + motion.df * _blend(x)
 
 
@@ -440,7 +532,7 @@ def bounds_between(motion: Record, elapsed: float, d: float, end: float) -> Boun
 @rare_kernel
 def _fading_bounds(motion: Record, elapsed: float, d: float, end: float) -> Bounds:
     r = 1.0 / motion.duration
-    since = fade_time(motion, elapsed)
+    since = elapsed + motion.fade_lead
     x0, x1 = min(max(since + d, 0.0) * r, 1.0), min(max(since + end, 0.0) * r, 1.0)
     b1, b2, b3, b4 = _blend_bounds(x0, x1, r)
     low, high = _blend(x0), _blend(x1)
@@ -454,7 +546,10 @@ def _fading_bounds(motion: Record, elapsed: float, d: float, end: float) -> Boun
     )
     q2, q3, q4 = dw * b1 + turn * b2, dw * b2 + turn * b3, dw * b3 + turn * b4
     c2, c3, c4 = derivative_bounds((p, y * b1, y * b2, y * b3, y * b4), w + turn * b1, q2, q3, q4)
-    x2, x3, x4, y2, y3, y4 = bounds_of_offset(motion, elapsed + d, elapsed + end)
+    lead = elapsed + motion.axial_lead
+    x2, x3, x4 = offset_bounds(motion.axial, motion.axial_duration, lead + d, lead + end)
+    lead = elapsed + motion.angular_lead
+    y2, y3, y4 = offset_bounds(motion.angular, motion.angular_duration, lead + d, lead + end)
     return Bounds(
         (s2 + x2) * ROOM, (s3 + x3) * ROOM, (s4 + x4) * ROOM,
         (c2 + y2) * ROOM, (c3 + y3) * ROOM, (c4 + y4) * ROOM, end,

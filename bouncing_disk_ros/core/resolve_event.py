@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from numba import types
-
-from bouncing_disk_ros.core.arithmetic import kernel, part, rare_kernel
+from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel
 from bouncing_disk_ros.core.chatter import (
     chatter_rotation,
     chatter_sums,
@@ -29,7 +27,6 @@ from bouncing_disk_ros.core.friction import (
 from bouncing_disk_ros.core.impact_law import axial_push, friction_change, rebound, speed_after
 from bouncing_disk_ros.core.impact_log import (
     CHATTER_TAIL,
-    ROWS,
     Rows,
     add_impulses,
     begin_row,
@@ -38,19 +35,15 @@ from bouncing_disk_ros.core.impact_log import (
 )
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
-    DISK,
     FAULT,
     FLIGHT,
     IMPACT,
     L_AXIAL,
     L_FRICTION,
-    LEDGER,
     LETS_GO,
-    MOTION,
     SEPARATION,
     SLIP,
     SLIP_ENDS,
-    STATE,
     STILLED,
     STOPS,
     TURNS,
@@ -247,7 +240,7 @@ def _enter_once(state: Record) -> None:
     state.rows_entered |= row
 
 
-@part(STATE.dtype, MOTION.dtype, DISK.dtype, LEDGER, ROWS, types.int64, ROWS)
+@rare_kernel
 def resolve(
     state: Record, motion: Record, disk: Record, ledger: Ledger, rows: Rows, n: int, open_row: Rows
 ) -> int:

@@ -229,7 +229,6 @@ class Simulation:
         self._engine.change_offset(offset.segments_at(now))
         self._offset = offset.since(now)
         self._offset_boundary_ns = self._offset.boundary_after(now)
-        self._engine.expect_knot(self._offset_boundary_ns != NEVER)
         self._offset_index += 1
 
     def _note_motion(self, start: Motion, target: Motion) -> None:
@@ -280,7 +279,6 @@ class Simulation:
         self._offset_boundary_ns = offset.boundary_after(now)
         if self._engine.segments != offset.segments_at(now):
             self._offset_boundary_ns = now
-        self._engine.expect_knot(self._offset_boundary_ns != NEVER)
 
     def set_disk(self, disk: Disk) -> None:
         """Change parameters of disk and contact now; the jump of the energy enters the ledger."""
@@ -316,7 +314,6 @@ class Simulation:
         self._pending, self._impulses = [], []
         now, has_moved = self._time_ns, self._offset_index > 0
         self._offset, self._offset_boundary_ns = Offset.at_rest(now if has_moved else 0), int(NEVER)
-        self._engine.expect_knot(False)
         self._offset_index += has_moved
         segments = self._offset.segments_at(now)
         self._engine.place(now, self._initial, self._initial_motion, segments)

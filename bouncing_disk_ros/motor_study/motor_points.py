@@ -18,7 +18,7 @@ from bouncing_disk_ros.core.layout import (
     L_BRAKE,
     L_FRICTION,
     L_SLIDING,
-    MOTION_DTYPE,
+    PLATFORM_DTYPE,
     W_ANGULAR,
     W_AXIAL,
     disk_record,
@@ -120,7 +120,7 @@ class Run(NamedTuple):
 def measure(motors: Sequence[tuple[Motion, Disk]], run: Run, row: int = 0) -> MotorMeans:
     """The means of each motor; with start `followed` in rows of `row`, each from the one before."""
     n = len(motors)
-    motions, disks = np.zeros(n, MOTION_DTYPE), np.zeros(n, DISK_DTYPE)
+    motions, disks = np.zeros(n, PLATFORM_DTYPE), np.zeros(n, DISK_DTYPE)
     begins = np.zeros((n, BEGINS))
     for i, (motion, disk) in enumerate(motors):
         motions[i] = _motion_record(motion)[0]
@@ -136,7 +136,7 @@ def measure(motors: Sequence[tuple[Motion, Disk]], run: Run, row: int = 0) -> Mo
 
 @lru_cache(1024)
 def _motion_record(motion: Motion) -> NDArray[np.void]:
-    return platform.steady(motion, 0, 0, 0.0)
+    return platform.without_offset(platform.steady(motion, 0, 0, 0.0))
 
 
 def _begin(motion: Motion, disk: Disk, run: Run) -> tuple[float, ...]:

@@ -92,7 +92,6 @@ class TracedEngine(Engine):
         values, speed = simulation.snapshot()["engine"], simulation.chatter_report_speed
         segments = simulation.offset_in_force
         engine = cls.restore(simulation.disk, speed, values, segments)
-        engine.expect_knot(simulation.offset_end_ns is not None)
         engine.events, engine.last = [], None
         simulation._engine = engine
         return engine

@@ -18,7 +18,6 @@ from bouncing_disk_ros.core.offset import (
 )
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.field_checks import number, out_of_range
-from bouncing_disk_ros.kernel_cache import compile_offset_kernels
 from bouncing_disk_ros.limits import KNOTS_AHEAD
 from bouncing_disk_ros.parameters import TABLE, Value, plain
 from bouncing_disk_ros.run.command_validation import Instant, check_names, too_old
@@ -181,7 +180,6 @@ def _check_start(
 @cache
 def _newest_extremes() -> Callable[[Lane], Extremes]:
     """A compiled function, of which tools that only read trajectories know nothing."""
-    compile_offset_kernels()
     from bouncing_disk_ros.core.offset_extremes import newest_extremes
 
     return newest_extremes

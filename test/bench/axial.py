@@ -55,7 +55,8 @@ def starts(regime: Regime, n: int) -> tuple[NDArray[np.float64], NDArray[np.floa
 
 def motion_of(axial_forcing: float) -> NDArray[np.void]:
     """The platform's motion as the kernels read it."""
-    return platform.steady(Motion(axial_forcing, 0.0, FREQUENCY, 0.0), 0, 0, 0.0)
+    steady = platform.steady(Motion(axial_forcing, 0.0, FREQUENCY, 0.0), 0, 0, 0.0)
+    return platform.without_offset(steady)
 
 
 @njit(error_model="numpy", nogil=True)

@@ -184,50 +184,6 @@ def test_all_compiled_functions_are_in_the_folders_of_the_digest() -> None:
     assert all(any(file.startswith(f"{one}/") for file in compiled) for one in folders)
 
 
-def test_kernels_are_compiled_once_by_a_process_for_each_share(
-    clean: pytest.MonkeyPatch, tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    clean.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    clean.setattr(kernel_cache, "_PHYSICS", ((("errors",), ("units", "angles")), (("limits",),)))
-    log = tmp_path / "log"
-    write = f"open({str(log)!r}, 'a').write(f'{{os.getpid()}} {{line}}')"
-    clean.setattr(
-        kernel_cache, "_COMPILER",
-        f"import os, sys\nfor line in sys.stdin: {write}; print('compiled', flush=True)",
-    )  # fmt: skip
-    kernel_cache.compile_kernels()
-    lines = [line.split(maxsplit=1) for line in log.read_text("utf-8").splitlines()]
-    assert sorted(modules for _, modules in lines[:2]) == ["errors", "units angles"]
-    assert lines[2:] == [[next(pid for pid, modules in lines if modules == "errors"), "limits"]]
-    assert capfd.readouterr().err.count("compiling the physics once for this machine") == 1
-    kernel_cache.compile_kernels()
-    assert capfd.readouterr() == ("", "")
-
-
-def test_the_sources_that_run_are_compiled(tmp_path: Path, clean: pytest.MonkeyPatch) -> None:
-    """In a cache of the user numba files kernels by the place of their source."""
-    clean.chdir(tmp_path)
-    clean.delenv("PYTHONPATH", raising=False)
-    place = "sys.modules['bouncing_disk_ros.errors'].__file__"
-    program = kernel_cache._COMPILER.replace('"compiled"', place)
-    assert program != kernel_cache._COMPILER
-    clean.setattr(kernel_cache, "_COMPILER", program)
-    with kernel_cache._compiler() as process:
-        printed, _ = process.communicate(b"errors\n")
-    assert Path(printed.decode().strip()).parent == Path(kernel_cache.__file__).parent
-
-
-@pytest.mark.parametrize("program", ["exit(1)", "input(); exit(1)"])
-def test_a_failed_compilation_is_tried_again(
-    program: str, clean: pytest.MonkeyPatch, tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    clean.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    clean.setattr(kernel_cache, "_COMPILER", program)
-    for _ in range(2):
-        kernel_cache.compile_kernels()
-        assert "compiling the physics" in capfd.readouterr().err
-
-
 def test_another_installation_of_the_same_sources_compiles_nothing(
     clean: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

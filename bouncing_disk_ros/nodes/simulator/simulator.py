@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from bouncing_disk_ros.help_text import parameter_lines, service_lines, topic_lines
-from bouncing_disk_ros.kernel_cache import announce_compilation, compile_kernels
+from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.ros.startup import Start
 
 _ABOUT = """Simulate a disk that bounces on a vibrating platform, in real time. It takes
@@ -32,7 +32,6 @@ def main(args: Sequence[str] | None = None) -> int:
     start.parse()
     stop = start.stop
     with stop.importing():
-        compile_kernels()
         announce_compilation("simulator")
         from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
         from bouncing_disk_ros.ros.spin import run_node, spin

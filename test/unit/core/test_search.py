@@ -96,7 +96,8 @@ def test_many_random_drops_land() -> None:
 
 def test_a_flight_of_hours_lands() -> None:
     """Over 7e9 periods the gap is rounded by more than its root could be resolved by."""
-    motion = platform.steady(Motion(0.33964721975789064, 0.0, 132865.3397921879, 0.0), 0, 0, 0.0)
+    steady = platform.steady(Motion(0.33964721975789064, 0.0, 132865.3397921879, 0.0), 0, 0, 0.0)
+    motion = platform.without_offset(steady)
     s, c, g, u = 0.9088330181605752, 0.41716009528853515, 9.81, 148326.31630286115
     jet = platform.axial_jet(motion[0], s, c, 0.0)
     launch = flight.Launch(0.0, s, c, g, 0.0, u)
@@ -203,7 +204,8 @@ def test_a_long_slide_in_a_fade_keeps_its_energy() -> None:
 )
 def test_bounds_of_a_panel_hold(start: Any, target: Any, duration: float, part: float) -> None:
     end_ns = max(1, round(duration * 1e9))
-    motion = platform.fade(Motion(*start), Motion(*target), 0, end_ns, 0, 1.0)[0]
+    fade = platform.fade(Motion(*start), Motion(*target), 0, end_ns, 0, 1.0)
+    motion = platform.without_offset(fade)[0]
     d = part * float(motion["duration"])
     over = platform.bounds_from(motion, 0.0, d)
     until = min(over.until, float(motion["duration"]))

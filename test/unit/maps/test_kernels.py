@@ -21,15 +21,14 @@ from numba.core.dispatcher import Dispatcher
 
 import bouncing_disk_ros
 from bouncing_disk_ros.core import arithmetic
-from bouncing_disk_ros.core.next_event import find_next
 
 PACKAGE = Path(bouncing_disk_ros.__file__).parent
 PACKAGES = ("maps", "core", "motor_study", "juggling.kernels", "measured.kernels")
 """Those that may import numba (test_architecture.py)."""
 TAKEN = {"numba": {"config", "from_dtype", "njit", "types"},
-         "numba.extending": {"intrinsic", "overload"},
-         "numba.core": {"event", "caching"}, "numba.core.typing": {"cffi_utils"},
-         "numba.np": {"arraymath"}}  # fmt: skip
+         "numba.extending": {"intrinsic"}, "numba.core": {"event", "caching"},
+         "numba.core.codegen": {"JITCodeLibrary"}, "numba.core.compiler": {"Compiler"},
+         "numba.core.typing": {"cffi_utils"}, "numba.np": {"arraymath"}}  # fmt: skip
 """All that is taken from numba; `jit` keeps the lock, `prange` and `vectorize` have threads."""
 
 
@@ -117,8 +116,8 @@ def test_no_file_compiles_otherwise() -> None:
 LOADED = """
 import sys
 import bouncing_disk_ros.nodes.simulator.simulator_node
-from bouncing_disk_ros.core import arithmetic
-print([part.__name__ for part, _ in arithmetic._parts if part.signatures])
+from bouncing_disk_ros.core import next_event
+print(next_event.find_next.signatures)
 print([name for name in sys.modules if ".maps.lanes" in name])
 """
 
@@ -132,15 +131,6 @@ def test_a_start_loads_no_kernel_that_only_kernels_call(warm_kernels: None) -> N
         [sys.executable, "-c", LOADED], capture_output=True, text=True, check=True, timeout=100
     )
     assert done.stdout == "[]\n[]\n"
-
-
-def test_a_part_is_compiled_once_for_all_integers(warm_kernels: None) -> None:
-    """A literal one is a type of its own to numba: each took another 10 s to compile."""
-    part, arguments = next(row for row in arithmetic._parts if row[0] is find_next)
-    part.get_call_template(arguments, {})
-    compiled = list(part.signatures)
-    part.get_call_template((*arguments[:-1], types.literal(7)), {})
-    assert part.signatures == compiled
 
 
 @arithmetic.rare_kernel
