@@ -53,7 +53,7 @@ def deviations(found: Array, true: Array) -> Array:
         (random_plate, (70011, 70036, 70040, 70045), 0.0, 0.0),
         *in_soak(
             (random_drop, range(1000, 1400), 0.01, 0.01),
-            (random_plate, range(1000, 1200), 0.03, 0.01),
+            (random_plate, range(1000, 1200), 0.06, 0.02),
             (random_recording, range(1000, 1100), 0.1, 0.1),  # bumps alone can be alike
         ),
     ],
