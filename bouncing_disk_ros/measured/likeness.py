@@ -31,45 +31,88 @@ _ALIKE = 0.9
 sounds 2 % of the hits had less, and 1 % of voices and bumps had more."""
 _MOST_NOISE = 1.0 / 3.0
 """Noise is unlike the hits: so much of the energy of a hit may be noise. Chosen, not tried."""
-_PLACES, _CALM = 50, 0.3
-"""Places where nothing begins, mostly, and the quantile of their energies that tells the noise."""
+_PLACES, _CALM = 50, 0.5
+"""Places where nothing begins, mostly, and the quantile of their energies that tells the noise. On
+made sounds 0.3 missed more weak hits of plates, 0.7 took more of a voice for hits."""
 _QUIET, _LOOKS = 0.1, 500
 """Quantile of the spectra that tells the noise, and how many spectra are looked at."""
 UNEVEN = 0.1
 """Noise at any frequency, in parts of the median: codecs leave none where they hear none."""
-_ROUNDS = 4
+_ROUNDS = 8
+_NEAREST = 7
+"""Hits whose median is the shape that a sound is compared with. Chosen, not tried."""
+_SAME = 5e-3
+"""One minus the cosine of sounds that noise alone makes different: nearer ones count no more.
+Chosen, not tried."""
 
 
-def alike(samples: Array, peaks: NDArray[np.intp], rate: float, floor: float) -> NDArray[np.bool_]:
+def alike(
+    samples: Array, peaks: NDArray[np.intp], loudest: Array, rate: float, floor: float
+) -> NDArray[np.bool_]:
     """Which of the sounds at `peaks` belong to the largest set that sounds alike.
 
-    A set counts by how far its sounds rise above the loudest that was heard just before. Of two
-    that begin in the time of one attack, the weaker is a part of the other.
-    `floor`: rms of the rounding.
+    A set counts by how alike its sounds are, and by how far they rise above the loudest that was
+    heard just before. `loudest`: energy at each peak. `floor`: rms of the rounding.
     """
     if not len(peaks):
         return np.zeros(0, bool)
     spectra = _Spectra(samples, rate, floor)
-    news, rise, begins = spectra.news(peaks)
+    news, rises, begins = spectra.news(peaks)
+    rise = np.maximum(rises.mean(axis=1), 0.0)
     loudness = (1.0 + news) ** _LOUDNESS - 1.0
     energies = np.maximum(np.sum(loudness**2, axis=1), 1e-300)
     least = _ALIKE * np.sqrt(1.0 - np.minimum(spectra.quiet() / energies, _MOST_NOISE))
     shapes = loudness / np.maximum(np.linalg.norm(loudness, axis=1, keepdims=True), 1e-300)
-    others = shapes @ shapes.T > _ALIKE
-    np.fill_diagonal(others, False)
-    counts = others @ rise + 1e-6 * rise
-    kind = shapes[int(np.argmax(counts))]
+    near = np.log((1.0 - _ALIKE) / np.maximum(1.0 - shapes @ shapes.T, _SAME))
+    np.fill_diagonal(near, 0.0)
+    counts = np.sqrt(rise) * (np.maximum(near, 0.0) @ np.sqrt(rise) + 1e-6)
+    kinds = np.tile(shapes[int(np.argmax(counts))], (len(shapes), 1))
     is_hit = np.zeros(len(peaks), bool)
+    heard = (_BEFORE[1] + _FADES[-1][1]) * _STEP * spectra.size  # of a hit before, in these
     for _ in range(_ROUNDS):
-        found = shapes @ kind > least * np.linalg.norm(kind)
+        found = np.sum(shapes * kinds, axis=1) > least * np.linalg.norm(kinds, axis=1)
+        is_louder = np.sum(rises * kinds[:, : rises.shape[1]], axis=1) > 0.0
+        found = _single(found, begins, loudest, _ATTACK * _STEP * spectra.size)
+        found = _clear(found, is_louder, begins, loudest, heard)
         if not found.any() or (found == is_hit).all():
             break
-        is_hit, kind = found, np.median(shapes[found], axis=0)
-    hits = np.flatnonzero(is_hit)
-    same = np.flatnonzero(np.diff(begins[hits]) < _ATTACK * _STEP * spectra.size)
-    strength = loudness.sum(axis=1)[hits]
-    is_hit[hits[np.where(strength[same] < strength[same + 1], same, same + 1)]] = False
+        is_hit, kinds = found, _kinds(shapes, np.log(loudest), found)
     return is_hit
+
+
+def _kinds(shapes: Array, levels: Array, is_hit: NDArray[np.bool_]) -> Array:
+    """For each sound the median shape of the hits nearest in level: weak ones sound duller."""
+    hits = np.flatnonzero(is_hit)
+    away = np.abs(levels[:, None] - levels[hits])
+    near = hits[np.argsort(away, axis=1, kind="stable")[:, :_NEAREST]]
+    return np.asarray(np.median(shapes[near], axis=1))
+
+
+def _single(
+    is_hit: NDArray[np.bool_], begins: Array, levels: Array, attack: float
+) -> NDArray[np.bool_]:
+    """The hits without the weaker of two that begin in the time of one attack."""
+    hits = np.flatnonzero(is_hit)
+    same = np.flatnonzero(np.diff(begins[hits]) < attack)
+    found = is_hit.copy()
+    found[hits[np.where(levels[hits[same]] < levels[hits[same + 1]], same, same + 1)]] = False
+    return found
+
+
+def _clear(
+    is_hit: NDArray[np.bool_], is_louder: NDArray[np.bool_], begins: Array, levels: Array,
+    before: float,
+) -> NDArray[np.bool_]:  # fmt: skip
+    """The hits that are louder than what was heard before, or weaker than a hit in that time.
+
+    A pulse of a voice may sound like the hits, but the pulses before it are as loud.
+    """
+    found, last = np.zeros(len(is_hit), bool), -1
+    for i in np.flatnonzero(is_hit):
+        is_hidden = last >= 0 and begins[i] - begins[last] < before and levels[i] < levels[last]
+        if is_louder[i] or is_hidden:
+            found[i], last = True, int(i)
+    return found
 
 
 class _Spectra:
@@ -90,7 +133,7 @@ class _Spectra:
         self.noise = np.maximum(noise, UNEVEN * np.median(noise))
 
     def news(self, peaks: NDArray[np.intp]) -> tuple[Array, Array, Array]:
-        """Powers on top of those before, over the noise, rises (mean log) and begins (samples).
+        """Powers on top of those before, over the noise, rises (log) and begins (samples).
 
         A sound begins where it rises most.
         """
@@ -98,15 +141,17 @@ class _Spectra:
         steps = np.round(np.arange(first, last) * _STEP * self.size).astype(int)
         powers = self._powers(peaks[:, None] + steps)
         rows = np.arange(len(peaks))
-        rises, begins = np.full(len(peaks), -np.inf), np.zeros(len(peaks), int)
+        rises, begins = np.full((len(peaks), powers.shape[2]), -np.inf), np.zeros(len(peaks), int)
         gaps = np.diff(peaks, prepend=-self.size * _BEFORE[1]) / (_STEP * self.size)
         earliest = _BEFORE[1] + _EARLIER + _ATTACK - gaps  # a hit begins after the one before
         for begin in range(_BEFORE[1], _BEFORE[1] + _EARLIER + _LATER + 1):
             before = powers[:, begin - _BEFORE[1] : begin - _BEFORE[0] + 1].max(axis=1)
             attack = powers[:, begin : begin + _ATTACK].max(axis=1)
-            rise = np.log(attack / before).mean(axis=1)
-            better = (rise > rises) & ((begin >= earliest) | (begin == _BEFORE[1] + _EARLIER))
-            begins, rises = np.where(better, begin, begins), np.where(better, rise, rises)
+            rise = np.log(attack / before)
+            better = (rise.mean(axis=1) > rises.mean(axis=1)) & (
+                (begin >= earliest) | (begin == _BEFORE[1] + _EARLIER)
+            )
+            begins[better], rises[better] = begin, rise[better]
 
         def mean(part: tuple[int, int]) -> Array:
             places = begins[:, None] + np.arange(*part)
@@ -117,7 +162,7 @@ class _Spectra:
         parts = [attack, *(mean(part) for part in _FADES)]
         news = np.hstack([np.maximum(part - before, 0.0) / self.noise for part in parts])
         starts = peaks + (begins - _BEFORE[1] - _EARLIER) * _STEP * self.size
-        return news, np.maximum(rises, 0.0), starts
+        return news, rises, starts
 
     def quiet(self) -> float:
         """Sum of the squared loudnesses where nothing begins: that of noise."""

@@ -144,7 +144,7 @@ def _heard(name: str, samples: Array, rate: float, least: float) -> ImpactSound 
         inside = filtered(samples, rate, low, high, 3)
         energies = _Energies(inside, rate, min(high, 0.5 * rate) - low, loudest, floor)
         peaks, ratios = energies.hits()
-        is_kind = alike(samples, peaks, rate, floor)
+        is_kind = alike(samples, peaks, energies.short[peaks], rate, floor)
         if not is_kind.any():
             return None
         found = _band(samples, rate, floor, peaks[is_kind])
@@ -235,6 +235,7 @@ class _Energies:
         longest = max(0.5 * degrees / width, _SHORTEST, 2.0 / loudest)
         self.long = min(int(longest * rate) + 1, count // 4)
         self.least = _least_ratio(chance, 2.0 * width * self.long / rate)
+        self.least_over_noise = -float(np.log(chance))
         hum = min(max(round(_HUM * rate), 1), count // 4)
         means = (self.total[hum:] - self.total[:-hum]) / hum
         quiet = float(np.quantile(self.short, _LOW)) / -float(np.log1p(-_LOW))
@@ -248,10 +249,11 @@ class _Energies:
         ends = np.arange(half, len(before))
         starts = np.maximum(ends - self.long, 0)
         before[half:] = (self.total[ends] - self.total[starts]) / (ends - starts)
-        before = np.maximum(before, self.noise)
         ahead = running_maximum(self.short, 0, half - 1)
-        ratio = ahead / before
-        at = highest(ratio, self.least, half)
+        # a hit exceeds both, whose means have few and many degrees of freedom
+        sure = np.maximum(self.least * before, self.least_over_noise * self.noise)
+        ratio = ahead / np.maximum(before, self.noise)
+        at = highest(ahead / sure, 1.0, half)
         peaks: list[tuple[int, float]] = []
         for i in at:
             peak = int(i + np.argmax(self.short[i : i + half + 1]))

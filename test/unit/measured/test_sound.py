@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -48,7 +48,9 @@ def deviations(found: Array, true: Array) -> Array:
 @pytest.mark.parametrize(
     ("made", "seeds", "most_missed", "most_false"),
     [
-        (random_drop, range(20), 0.01, 0.01),
+        (random_drop, range(20), 0.01, 0.02),  # two hits of 150 are single echoes
+        # weak hits after quiet, and a change of the noise just before a hit, were mistaken
+        (random_plate, (70011, 70036, 70040, 70045), 0.0, 0.0),
         *in_soak(
             (random_drop, range(1000, 1400), 0.01, 0.01),
             (random_plate, range(1000, 1200), 0.06, 0.02),
@@ -58,7 +60,7 @@ def deviations(found: Array, true: Array) -> Array:
 )
 def test_hits_are_found_with_their_true_times(
     made: Callable[[np.random.Generator], tuple[Sound, float]],
-    seeds: range,
+    seeds: Sequence[int],
     most_missed: float,
     most_false: float,
     tmp_path: Path,
@@ -123,13 +125,13 @@ def test_weak_hits_may_be_less_alike_by_their_noise(tmp_path: Path) -> None:
 def test_every_format_gives_the_same_hits(
     tmp_path: Path, name: str, options: dict[str, str]
 ) -> None:
-    """Rounding to 8 bits leaves times within 0.1 ms of each other, codecs within 0.8 ms."""
+    """Rounding to 8 bits leaves times within 0.1 ms of each other, codecs within 0.5 ms."""
     sound = drop()
     found = heard(tmp_path, sound, name, **options)
     away = deviations(found.times, sound.times)
     assert len(found.times) == len(sound.times)
     lossy = name in ("a.ogg", "a.mp3")  # their noise comes before a hit, too
-    assert np.ptp(away) < (8e-4 if lossy else 1e-4)
+    assert np.ptp(away) < (5e-4 if lossy else 1e-4)
 
 
 def test_the_clearest_channel_counts_and_a_cut_file_has_its_part(tmp_path: Path) -> None:
