@@ -54,6 +54,8 @@ _LEAST_KEPT = 0.5
 """A chain of flights holds a larger part of the hits: two that share no hit cannot both."""
 _FEWEST = 7
 """Times with more equations than ε, A, φ and ω: others have a frequency for which all is exact."""
+_MOST_SCANNED = 120
+"""Times that tell a wrong frequency: 12 do mostly, and the tried ones are as many as seconds."""
 _HIGHEST = 1e3
 """Median height of flights, m: higher ones are taken for times in ms, where g is not fitted."""
 _REFUTED = 0.01
@@ -402,9 +404,9 @@ class _Known:
     ) -> float:
         """What the times fit better than the given or fitted frequency, Hz, or nan.
 
-        Found by the equations, and confirmed by the likelihood of all times.
+        Found by the equations, and confirmed by the likelihood of the same times.
         """
-        times = recording.times
+        times = recording.times[:_MOST_SCANNED]
         if self.frequency == 0.0 or len(times) < _FEWEST:
             return math.nan
         phase, used = self.phase and self.phase[0], float(profiles.estimate[FREQUENCY])

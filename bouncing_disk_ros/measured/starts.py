@@ -43,8 +43,9 @@ def other_frequency(
 
     Tried are half, double, and all up to 2 % off, near enough for a turn of one rad in the whole
     recording. The errors of the equations have Laplace's distribution: twice the logarithm of the
-    likelihood ratio is 2n times that of their mean sizes. Noise that is tried so often exceeds the
-    threshold with a probability of at most 1 % (Wilks's χ² of two degrees: size and frequency).
+    likelihood ratio is 2n times that of their mean sizes. Independent noise that is tried so often
+    would exceed the threshold with a probability of 1 %. Errors of neighbours are not independent,
+    and differ in size: the likelihood of the times has to confirm what is found.
     """
     step = 1.0 / (times[-1] - times[0])
     width = math.ceil(_OFF * frequency / step)
