@@ -55,7 +55,7 @@ _LEAST_KEPT = 0.5
 _FEWEST = 7
 """Times with more equations than ε, A, φ and ω: others have a frequency for which all is exact."""
 _MOST_SCANNED = 120
-"""Times that tell a wrong frequency: 12 do mostly, and the tried ones are as many as seconds."""
+"""Times in which another frequency is looked for: more frequencies are tried in longer ones."""
 _HIGHEST = 1e3
 """Median height of flights, m: higher ones are taken for times in ms, where g is not fitted."""
 _REFUTED = 0.01
