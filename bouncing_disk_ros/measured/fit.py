@@ -31,12 +31,13 @@ from bouncing_disk_ros.measured.predict import (
     Prediction,
     draws_of,
     interval_of,
+    part_possible,
     predicted,
     rest_parameters,
 )
 from bouncing_disk_ros.measured.reading import Recording, recording_of
 from bouncing_disk_ros.measured.sequence import Chain, at_rest, chain_of
-from bouncing_disk_ros.measured.starts import first_values
+from bouncing_disk_ros.measured.starts import first_values, other_frequency
 from bouncing_disk_ros.measured.told import told_by
 from bouncing_disk_ros.parameters import DEFAULTS, Value
 from bouncing_disk_ros.regular_file import replaced
@@ -51,6 +52,10 @@ _VOID = 1e3
 """Error of a missed impact, in errors of a measured one: it pulls by a millionth."""
 _LEAST_KEPT = 0.5
 """A chain of flights holds a larger part of the hits: two that share no hit cannot both."""
+_FEWEST = 7
+"""Times with more equations than ε, A, φ and ω: others have a frequency for which all is exact."""
+_MOST_SCANNED = 120
+"""Times in which another frequency is looked for: more frequencies are tried in longer ones."""
 _HIGHEST = 1e3
 """Median height of flights, m: higher ones are taken for times in ms, where g is not fitted."""
 _REFUTED = 0.01
@@ -76,7 +81,9 @@ class ImpactFit:
     these impacts relative to the platform, m/s. `contacts`: indices of times after which chatter
     ends in contact; flights and impacts there are nan.
     `probability`: of residuals as odd as these if the model is true; nan with too few
-    impacts, or if the residuals are rounding of the times.
+    impacts, or if the residuals are rounding of the times. `possible`: probability that no flight
+    goes below the platform. `other_frequency`: a frequency that the times fit better than the
+    one of the fit, Hz, or nan.
     `untold`: parameters that these data do not tell. `laws`: at rest, laws of the restitution with
     their evidence, the constant one first. `prediction`: impacts to come, with a constant one.
     `sound`: where the hits were heard, or None.
@@ -95,6 +102,8 @@ class ImpactFit:
     speeds: Array
     contacts: NDArray[np.int64]
     probability: float
+    possible: float
+    other_frequency: float
     untold: tuple[str, ...]
     laws: tuple[Law, ...]
     prediction: Prediction
@@ -132,11 +141,27 @@ class ImpactFit:
         return told_by(self.times, frequency, self["forcing_phase"] if has_phase else None)
 
     @property
+    def doubt(self) -> str:
+        """Why the model is rejected or doubtful, in words; '' where nothing speaks against it."""
+        if self.other_frequency > 0.0:
+            return f"the model does not hold: the times fit {self.other_frequency:.5g} Hz better"
+        if self.possible < 1.0 - LEVEL:
+            what = (
+                "the model does not hold" if self.possible < _REFUTED else "the model is doubtful"
+            )
+            return f"{what}: flights go below the platform"
+        if self.probability < _REFUTED:
+            return "the model does not hold: of true ones, one in a hundred has such residuals"
+        if self.probability < 1.0 - LEVEL:
+            return "the model is doubtful: of true ones, one in twenty has such residuals"
+        return ""
+
+    @property
     def preset(self) -> dict[str, Value]:
         """Parameters of the simulator.
 
-        InputError where the data do not tell them, or tell a law that it does not have, or where
-        `probability` is below 1 %: the residuals refute the model.
+        InputError where the data do not tell them, or tell a law that it does not have or another
+        frequency, or where `probability` or `possible` is below 1 %: the model is refuted.
         """
         if self.untold:
             given, hint = ", ".join(self.untold), "Record a transient, or more impacts"
@@ -146,6 +171,14 @@ class ImpactFit:
             given = f"{law.text}, {law.evidence(self.laws[0])}"
             hint = "The simulator has no such law. `laws` has its parameters."
             raise InputError("preset", given, "a constant restitution", hint)
+        if self.other_frequency > 0.0:
+            allowed = f"{self.other_frequency:.5g} Hz, which the times fit better"
+            hint = "Is the frequency right? Was the disk in contact?"
+            raise InputError("preset", f"{self.frequency:g} Hz", allowed, hint)
+        if self.possible < _REFUTED:
+            given = f"flights above the platform with the probability {self.possible:.2g}"
+            hint = "The model does not hold: a contact was not found, or the frequency is wrong."
+            raise InputError("preset", given, f"a probability of at least {_REFUTED}", hint)
         if self.probability < _REFUTED:
             given = f"residuals that have the probability {self.probability:.2g}"
             hint = "The model does not hold: no contact, spin or other motion is in it."
@@ -165,7 +198,7 @@ class ImpactFit:
     def write_preset(self, file: str | Path) -> None:
         """Write the preset as a YAML file, for `preset:=FILE`. Raises InputError as `preset`."""
         content = yaml.safe_dump({PRESET_KEY: {"ros__parameters": self.preset}}, sort_keys=False)
-        doubt = "\n# the model does not hold" if self.probability < 1.0 - LEVEL else ""
+        doubt = f"\n# {self.doubt}" if self.doubt else ""
         text = f"# fitted by fit_impacts to {one_line(self.name)}{doubt}\n{content}"
         replaced(Path(file), lambda path: path.write_text(text, "utf-8"))
 
@@ -309,6 +342,7 @@ class _Known:
             recording.name, self.frequency / math.tau, self.gravity, parameters, times,
             np.where(missed, np.nan, data.times[hits] - times), missed, rejected,
             flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0], contacts, probability,
+            part_possible(profiles, draws), self._other_frequency(recording, errors, profiles),
             _untold(parameters) if is_told else tuple(parameters), laws,
             predicted(profiles, draws) if is_told else NOTHING, profiles,
             recording.sound,
@@ -364,6 +398,31 @@ class _Known:
             nothing = np.empty(0)
             return Chain(heard, nothing, nothing.astype(np.int64), found.parameters)
         return replace(found, kept=heard[found.kept])
+
+    def _other_frequency(
+        self, recording: Recording, errors: Array | None, profiles: Profiles
+    ) -> float:
+        """What the times fit better than the given or fitted frequency, Hz, or nan.
+
+        Found by the equations, and confirmed by the likelihood of the same times.
+        """
+        times = recording.times[:_MOST_SCANNED]
+        if self.frequency == 0.0 or len(times) < _FEWEST:
+            return math.nan
+        phase, used = self.phase and self.phase[0], float(profiles.estimate[FREQUENCY])
+        found = other_frequency(times, used, self.gravity, phase)
+        if found is None:
+            return math.nan
+        none = np.empty(0)
+        every = Chain(np.arange(len(times)), none, none.astype(np.int64), none)
+        data, costs = self._data(recording, errors, every), []
+        for frequency in (used, found):
+            start = first_values(times, frequency, self.gravity, phase)[0]
+            start[AMPLITUDE] = self.amplitude or start[AMPLITUDE]
+            fitted = Profiles(data, profiles.model, start)
+            costs.append(fitted.cost(fitted.best))
+        is_better = costs[0] - costs[1] > -2.0 * math.log(_REFUTED)
+        return found / math.tau if is_better else math.nan
 
     def _profiles(self, name: str, data: Data) -> Profiles:
         model = Model(self.free, self.gravity, self.scatter, self.phase)

@@ -44,7 +44,7 @@ def tables_of(fit: ImpactFit) -> list[Table]:
                 ),
             )
         )
-    data.append(("goodness of fit", _goodness_text(fit.probability)))
+    data.append(("goodness of fit", _goodness_text(fit)))
     rows = []
     for name, found in fit.parameters.items():
         symbol, unit = UNITS[name]
@@ -92,11 +92,13 @@ def lines_of(fit: ImpactFit) -> list[str]:
     return lines
 
 
-def _goodness_text(probability: float) -> str:
-    if math.isnan(probability):
+def _goodness_text(fit: ImpactFit) -> str:
+    verdict = fit.doubt or "the model is not refuted"
+    if fit.other_frequency > 0.0 or fit.possible < 1.0 - LEVEL:
+        return verdict
+    if math.isnan(fit.probability):
         return "not told: too few impacts, or residuals that are rounding of the times"
-    verdict = "the model does not hold" if probability < 1.0 - LEVEL else "the model is not refuted"
-    return f"such residuals have the probability {probability:.2g}: {verdict}"
+    return f"such residuals have the probability {fit.probability:.2g}: {verdict}"
 
 
 def headline_of(fit: ImpactFit) -> tuple[str, str]:
@@ -107,8 +109,8 @@ def headline_of(fit: ImpactFit) -> tuple[str, str]:
         else f"{UNITS[name][0]} = {interval_text(fit[name])}"
         for name in shown
     ]  # fmt: skip
-    if fit.probability < 1.0 - LEVEL:
-        words.append("the model does not hold")
+    if fit.doubt:
+        words.append(fit.doubt.partition(":")[0])
     return fit.name, ", ".join(words)
 
 

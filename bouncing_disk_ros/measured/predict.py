@@ -18,6 +18,8 @@ from bouncing_disk_ros.measured.kernels.rest_laws import AMPLITUDE, FREQUENCY, P
 SEED = 20090
 MOST_IMPACTS = 20
 """That are predicted."""
+_POINTS = 64
+"""Of a flight, where its height over the platform is looked at."""
 _TAIL = 100.0 * (1.0 - LEVEL) / 2.0
 
 
@@ -93,6 +95,27 @@ def _draw(
     for m in range(3):
         noise[m : n + m] -= data.errors[m : n + m] ** 2 * b[:, m] * sides
     return p, th + noise, scale * node.rho, scale
+
+
+def part_possible(profiles: Profiles, draws: Draws) -> float:
+    """The part of the draws in which the disk is never below the platform on any flight.
+
+    Other flights are those of a wrong frequency, or of a contact that was not found.
+    """
+    p, times = draws.parameters, draws.times
+    if p[0, FREQUENCY] == 0.0:
+        return 1.0
+    flown = np.delete(np.arange(times.shape[1] - 1), profiles.data.contacts)
+    w, a, phase = (p[:, i, None] for i in (FREQUENCY, AMPLITUDE, PHASE))
+    start, duration = times[:, flown], np.diff(times)[:, flown]
+    begin, end = (a * np.sin(w * (start + part * duration) + phase) for part in (0.0, 1.0))
+    is_possible = np.ones(len(p), bool)
+    for part in np.arange(1, _POINTS) / _POINTS:
+        fall = 0.5 * profiles.model.gravity * part * (1.0 - part) * duration**2
+        height = begin + part * (end - begin) + fall
+        below = height < a * np.sin(w * (start + part * duration) + phase)
+        is_possible &= ~below.any(axis=1)
+    return float(is_possible.mean())
 
 
 def rest_parameters(

@@ -407,14 +407,46 @@ def test_residuals_that_refute_the_model_leave_no_preset(tmp_path: Path) -> None
     run = simulate(2.0, axial_forcing=0.82, frequency=20.0, restitution=0.5, initial_height=0.003)
     fit = fit_impacts(run.impacts["time"][run.impacts["count"] == 1][:20], frequency=20.0)
     assert fit.probability < 0.05
+    assert fit.possible < 0.01  # the true flights end in contact
     for probability, doubts in ((math.nan, 0), (0.06, 0), (0.04, 1), (0.01, 1)):
-        told = replace(fit, probability=probability, untold=())
+        told = replace(
+            fit, probability=probability, untold=(), possible=1.0, other_frequency=math.nan
+        )
         told.write_preset(tmp_path / "fit.yaml")
         text = (tmp_path / "fit.yaml").read_text()
-        assert text.count("# the model does not hold\n") == doubts
+        assert text.count("# the model is doubtful: of true ones, one in twenty") == doubts
         assert yaml.safe_load(text)
     with pytest.raises(InputError, match=r"preset: got 'residuals.*at least 0\.01"):
         _ = replace(told, probability=0.0099).preset
+    with pytest.raises(InputError, match=r"above the platform with the probability 0\.005"):
+        _ = replace(told, possible=0.005).preset
+
+
+@pytest.mark.parametrize("part", [0.5, 2.0, 1.01, 1.001])
+def test_a_wrong_frequency_is_said_and_leaves_no_preset(part: float) -> None:
+    """20 impacts at 20 Hz: ε was 0.66, 0.99, 0.79 and 0.70 with a preset for three of these."""
+    times, _ = vibrating(np.random.default_rng(3), 8, 20, 0.8, 0.7, 0.003, skip=30)
+    seen = times[0] + 1e-5 * np.random.default_rng(0).standard_normal(20)
+    fit = fit_impacts(seen, frequency=20.0 * part)
+    assert fit.other_frequency == pytest.approx(20.0, rel=1e-3)
+    assert "does not hold: the times fit" in fit.doubt
+    with pytest.raises(InputError, match="preset"):
+        _ = fit.preset
+
+
+@pytest.mark.parametrize(
+    ("forcing", "restitution", "count", "skip"),
+    [(0.8, 0.7, 20, 30), (0.45, 0.5, 12, 0), (0.52, 0.5, 40, 200)],
+)
+def test_no_other_frequency_fits_better_than_the_true_one(
+    forcing: float, restitution: float, count: int, skip: int
+) -> None:
+    """Chaos, a transient, and period 2, whose equations are fulfilled at 40 Hz as well."""
+    times, _ = vibrating(np.random.default_rng(3), 8, count, forcing, restitution, skip=skip)
+    seen = times[0] + 1e-5 * np.random.default_rng(0).standard_normal(count)
+    fit = fit_impacts(seen, frequency=20.0, scatter=0.0)
+    assert math.isnan(fit.other_frequency)
+    assert fit.possible > 0.5
 
 
 def test_hits_within_the_dead_time_are_not_taken() -> None:
