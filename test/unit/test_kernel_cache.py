@@ -184,31 +184,39 @@ def test_all_compiled_functions_are_in_the_folders_of_the_digest() -> None:
     assert all(any(file.startswith(f"{one}/") for file in compiled) for one in folders)
 
 
-def test_another_installation_of_the_same_sources_compiles_nothing(
+def test_kernels_are_compiled_and_announced_once_for_all_installations_of_the_same_sources(
     clean: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
+    """One line for all kernels that are compiled, none for those that are loaded."""
     clean.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     clean.delenv("NUMBA_CACHE_DIR", raising=False)
-    count = (
-        "import bouncing_disk_ros\n"  # sets the folder, which numba reads once
+    program = tmp_path / "two_kernels.py"
+    program.write_text(
+        "from bouncing_disk_ros import kernel_cache\n"  # sets the folder, which numba reads once
+        "kernel_cache.announce_compilation('tool')\n"
+        "from numba import float64\n"
         "from numba.core import event\n"
         "with event.install_recorder('numba:compile') as found:\n"
         "    import bouncing_disk_ros.core.arithmetic as arithmetic\n"
-        "    arithmetic.sine_and_cosine(1.0)\n"
+        "    @arithmetic.entry(float64(float64))\n"
+        "    def one_more(x): return x + 1.0\n"
         "print(len(found.buffer), arithmetic.__file__)"
     )
     found = []
     for place in ("first", "second"):
         shutil.copytree(Path(kernel_cache.__file__).parent, tmp_path / place / "bouncing_disk_ros")
         done = subprocess.run(
-            [sys.executable, "-c", count], cwd=tmp_path / place, capture_output=True, text=True,
+            [sys.executable, str(program)], cwd=tmp_path / place, capture_output=True, text=True,
             env={**os.environ, "PYTHONPATH": str(tmp_path / place)}, check=True,
         )  # fmt: skip
         compiled, file = done.stdout.split()
         assert Path(file).is_relative_to(tmp_path / place)
-        found.append(int(compiled))
-    assert found[0] > 0
-    assert found[1] == 0
+        found.append((int(compiled), done.stderr))
+    (compiled_first, told), *others = found
+    assert compiled_first >= 4, "start and end of two compilations"
+    kernel = "core.arithmetic.sine_and_cosine"
+    assert told == f"tool: compiling kernels, each once on this machine; first {kernel}\n"
+    assert others == [(0, "")]
 
 
 def test_a_process_of_ours_loads_no_blas_cffi_or_coverage_with_its_kernels() -> None:

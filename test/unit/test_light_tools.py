@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 from bouncing_disk_ros.executables import EXECUTABLES, entry_point
 
@@ -48,28 +47,3 @@ def test_help_waits_for_no_slow_import_and_fits_a_terminal_of_any_encoding() -> 
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (0, "")
     assert all(f"usage: {name}" in done.stdout for name in EXECUTABLES)
-
-
-def test_a_compilation_is_announced_once_and_loading_is_none(tmp_path: Path) -> None:
-    code = (
-        "from bouncing_disk_ros.kernel_cache import announce_compilation\n"
-        "announce_compilation('tool')\n"
-        "from bouncing_disk_ros.core.arithmetic import entry\n"
-        "from numba import float64\n"
-        "@entry(float64(float64))\n"
-        "def one(x): return x + 1.0\n"
-        "@entry(float64(float64))\n"
-        "def two(x): return x + 2.0\n"
-    )
-    file = tmp_path / "kernels.py"
-    file.write_text(code, "utf-8")
-    env = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    lines = []
-    for _ in range(2):
-        done = subprocess.run(
-            [sys.executable, str(file)], capture_output=True, text=True, timeout=100, env=env
-        )
-        assert done.returncode == 0, done.stderr
-        lines.append(done.stderr)
-    announced = "tool: compiling kernels, each once on this machine; first "
-    assert lines == [f"{announced}core.arithmetic.sine_and_cosine\n", ""]

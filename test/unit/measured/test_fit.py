@@ -633,7 +633,9 @@ def test_a_value_has_the_digits_that_its_interval_tells(found: Interval, text: s
     assert interval_text(found) == text
 
 
-def test_a_platform_at_rest_is_told_from_its_bag(tmp_path: Path) -> None:
+def test_a_platform_at_rest_is_told_from_its_bag(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """ε in its interval; the first impact is the end of a free fall from the initial height."""
     with bag.Writer(tmp_path / "run_1") as writer:
         RecordedRun(
@@ -647,50 +649,11 @@ def test_a_platform_at_rest_is_told_from_its_bag(tmp_path: Path) -> None:
     fall = math.sqrt(2.0 * 0.05 / GRAVITY)
     assert fit["end"].low < fall * 1.8 / 0.2 < fit["end"].high
     assert fit.untold == ()
-
-
-@pytest.mark.parametrize(
-    ("made", "message"),
-    [
-        (None, "There is no file or folder of that name"),
-        ("folder", "It holds no .mcap file"),
-        ("text", "not an .mcap file"),
-        ("no impacts", "no hits"),
-        ("cut", "restitution"),
-    ],
-)
-def test_a_bag_that_cannot_be_used_is_one_line_and_nothing_is_written(
-    tmp_path: Path, made: str | None, message: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    folder = tmp_path / "run_1"
-    if made == "folder":
-        folder.mkdir()
-    elif made == "text":
-        folder = tmp_path / "run_1.mcap"
-        folder.write_text("no bag")
-    elif made:
-        high = 5.0 if made == "no impacts" else 0.05
-        with bag.Writer(folder) as writer:
-            RecordedRun(
-                writer, axial_amplitude=0.0, angular_amplitude=0.0, frequency=20.0,
-                restitution=0.8, initial_height=high,
-            ).run(0.7)  # fmt: skip
-        if made == "cut":
-            (file,) = folder.glob("*.mcap")
-            file.write_bytes(file.read_bytes()[: int(0.6 * file.stat().st_size)])
-    elif made is None:
-        folder = tmp_path / "absent.mcap"
-    before = sorted(tmp_path.rglob("*"))
-    code = executable.main([str(folder), "--ros-args", "-p", "figures:=none"])
+    (file,) = (tmp_path / "run_1").glob("*.mcap")
+    file.write_bytes(file.read_bytes()[: int(0.6 * file.stat().st_size)])
+    assert executable.main([str(tmp_path / "run_1"), "--ros-args", "-p", "figures:=none"]) == 0
     shown = capsys.readouterr()
-    if made == "cut":  # what is left of it is read, or it is refused
-        assert code in (0, 2)
-        assert message in shown.out + shown.err
-        return
-    assert code == 2
-    assert message in shown.err
-    assert len(shown.err.strip().splitlines()) == 1
-    assert sorted(tmp_path.rglob("*")) == before
+    assert "restitution" in shown.out, "what is left of a cut bag is fitted"
 
 
 def test_what_three_impacts_do_not_tell_is_said() -> None:
@@ -716,9 +679,7 @@ def test_a_model_that_cannot_be_is_refused() -> None:
     with pytest.raises(FailedError, match=r"two drops in one file|above 1"):
         fit_impacts(seen)
     with pytest.raises(FailedError, match="are frequency and phase reference right"):
-        fit_impacts(seen, frequency=20.2)
-    with pytest.raises(FailedError, match="phase reference right"):
-        fit_impacts(seen, frequency=20.0, forcing_phase=1.2, forcing_phase_error=0.01)
+        fit_impacts(seen[:30], frequency=15.0)
 
 
 @pytest.mark.parametrize("law", [{"drag": 0.107}, {"slope": 0.03}])
@@ -768,15 +729,16 @@ def test_what_cannot_be_fitted_is_one_line_and_nothing_is_written(
     (tmp_path / "drops.csv").write_text("\n".join(lines))
     with bag.Writer(tmp_path / "still") as writer:
         RecordedRun(writer, axial_amplitude=0.0, initial_height=1.0).run(0.2)
+    (tmp_path / "text.mcap").write_text("no bag")
     (tmp_path / "cut").mkdir()
     content = next((tmp_path / "still").glob("*.mcap")).read_bytes()
     (tmp_path / "cut" / "cut.mcap").write_bytes(content[:40])
     before = sorted(tmp_path.rglob("*"))
     for name, words, code in (
-        ("absent.csv", "No such file", 2), ("absent.mcap", "no file", 2),
-        ("folder", "no .mcap file", 2), ("text.csv", "no such text", 2),
-        ("bytes.csv", "UTF-8", 2), ("still", "no hits", 2), ("cut", "cut", 2),
-        ("drops.csv", "two drops in one file", 1),
+        ("absent.csv", "No such file", 2), ("absent.mcap", "There is no file or folder", 2),
+        ("folder", "It holds no .mcap file", 2), ("text.csv", "no such text", 2),
+        ("text.mcap", "not an .mcap file", 2), ("bytes.csv", "UTF-8", 2), ("still", "no hits", 2),
+        ("cut", "cut", 2), ("drops.csv", "two drops in one file", 1),
     ):  # fmt: skip
         assert executable.main([str(tmp_path / name)]) == code, name
         shown = capsys.readouterr()

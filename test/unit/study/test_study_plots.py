@@ -99,7 +99,15 @@ SHORT: dict[str, Value] = {"settling": 10, "measured": 20, "kept": 5}
     ("tool", "given"),
     [
         (basins, {"width": 1, "height": 1}),
-        (curves, {"axial_forcing_count": 1, "restitution_count": 1, "doublings": 0}),
+        (
+            curves,
+            {
+                "axial_forcing_count": 1,
+                "restitution_count": 1,
+                "doublings": 0,
+                "largest_step": 0.05,
+            },
+        ),
         (parameter_map, {"x_count": 1, "x_end": 0.3, "y_count": 1, "y_end": 0.2}),
         (basin_shares, {**ONE, "samples": 6}),
         (bifurcation, {**ONE, **SHORT, "starts": 0}),
