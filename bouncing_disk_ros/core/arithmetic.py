@@ -91,14 +91,19 @@ def rare_kernel(function: Kernel) -> Kernel:
     return _inner(function, inlined=False)  # not None: numba would do as with the first caller
 
 
-def _inner(function: Kernel, *, inlined: bool) -> Kernel:
+def uncounted_kernel(function: Kernel) -> Kernel:
+    """`rare_kernel` that allocates nothing and does not count who holds its arrays: callers do."""
+    return _inner(function, inlined=False, _nrt=False)
+
+
+def _inner(function: Kernel, *, inlined: bool, **options: bool) -> Kernel:
     """Let numba compile what only compiled functions call, to LLVM code (`InnerLibrary`).
 
     Once for all integers, not again for each literal one.
     """
     compiled: Any = njit(
         error_model="numpy", nogil=True, no_cpython_wrapper=True, no_cfunc_wrapper=True,
-        forceinline=inlined, pipeline_class=InnerCompiler,
+        forceinline=inlined, pipeline_class=InnerCompiler, **options,
     )(function)  # fmt: skip
     template = compiled.get_call_template
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel
+from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel, uncounted_kernel
 from bouncing_disk_ros.core.chatter import (
     chatter_rotation,
     chatter_sums,
@@ -240,7 +240,7 @@ def _enter_once(state: Record) -> None:
     state.rows_entered |= row
 
 
-@rare_kernel
+@uncounted_kernel
 def resolve(
     state: Record, motion: Record, disk: Record, ledger: Ledger, rows: Rows, n: int, open_row: Rows
 ) -> int:
