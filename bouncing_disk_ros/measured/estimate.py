@@ -405,7 +405,8 @@ class Profiles:
         """Parameters (M, 6) along the ridge over ε from 0 to 1, and the share of each.
 
         First averaged over the ratios, then at each ratio that the data do not refute. Empty where
-        the likelihood has one top, and on a platform at rest, which has no steady flights.
+        the likelihood has one top or tops that no ridge joins, and on a platform at rest, which has
+        no steady flights.
         """
         if PHASE not in self.model.free:
             return []
@@ -434,6 +435,8 @@ class Profiles:
                     own[i], share[i] = last.p, part * self._density(fall)
         shares *= np.gradient(grid)
         total = shares.sum(axis=0)
+        if not total.any():
+            return []
         mean = np.einsum("km,kmi->mi", shares, points) / np.where(total > 0.0, total, 1.0)[:, None]
         found = [(mean, total)]
         for own, share, node in zip(points, shares, self.nodes, strict=True):

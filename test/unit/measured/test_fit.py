@@ -682,6 +682,13 @@ def test_a_model_that_cannot_be_is_refused() -> None:
         fit_impacts(seen[:30], frequency=15.0)
 
 
+def test_tops_of_a_likelihood_that_no_ridge_joins_tell_no_restitution() -> None:
+    """It ended with a traceback: no point of the ridge lay between them."""
+    true, _ = vibrating(np.random.default_rng(3), 4, 60, 0.8, 0.7, skip=30)
+    seen = true[0] + 1e-5 * np.random.default_rng(0).standard_normal(60)
+    assert "restitution" in fit_impacts(seen[:30], frequency=27.0).untold
+
+
 @pytest.mark.parametrize("law", [{"drag": 0.107}, {"slope": 0.03}])
 def test_the_impacts_to_come_hold_where_another_law_is_told(law: dict[str, float]) -> None:
     """Prediction has a constant restitution; its scatter takes what the law would explain."""
