@@ -12,12 +12,12 @@ These need an ε that is the same in all impacts, and change with the law by han
 - derivatives of the map: `map_tangent.turned_tangent`, `periodic_orbit` (determinant ε²ⁿ),
   `next_collision.NextCollisionMap.jacobian`;
 - the map backwards: `axial_flights.previous_impact`, `basin_labels.before_impact`;
-- period-1 orbits: `scales.stability_limit`, `scales.period_one`, `periodic_orbit.fixed_point`,
-  `parameter_plane`, `continuation.existence_limit`, `motor_curves`,
+- period-1 orbits: `maps.period_one`, `periodic_orbit.fixed_point`, `parameter_plane`,
+  `continuation.existence_limit`, `motor_curves`,
   `juggling.loop_settings.period_one_points`;
 - the greatest speed: `mean_speed` (best lag), `manifold_growth.no_return`;
 - friction in lanes: `attractor_lanes` keeps (1 + ε)/Γ_T of a lane;
-- equations of orbits and controllers: `resilience_studies.orbit_curves`, `fatal_changes`,
+- equations of orbits and controllers: `resilience_studies.orbit_equations`, `fatal_changes`,
   `report.stability`, `juggling.kernels.toss_planner` and `strategies`, `juggling.target_orbit`,
   `juggling.compute`;
 - proofs: `proof`, which shares nothing with the core.

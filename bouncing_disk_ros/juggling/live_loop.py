@@ -25,7 +25,8 @@ from bouncing_disk_ros.juggling.target_orbit import (
     mean_rotor_speed,
     orbit_named,
 )
-from bouncing_disk_ros.maps.scales import axial_forcing_of, stability_limit, velocity_scale
+from bouncing_disk_ros.maps.period_one import stability_limit
+from bouncing_disk_ros.maps.scales import axial_forcing_of, velocity_scale
 from bouncing_disk_ros.units import NS
 
 _MEASURED = 11

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.student import student
+from bouncing_disk_ros.maps.distributions import t_quantile
 
 PIXELS = 2**25
 """About so many pixels of a map are in memory at a time."""
@@ -255,7 +255,7 @@ def _power_law(sizes: NDArray[np.int64], counts: NDArray[np.float64]) -> PowerLa
     scatter = math.sqrt(float(rest @ rest) / (n - 2) / float(x0 @ x0))
     half = n // 2 + 1
     bend = 0.5 * abs(_slope(x[-half:], y[-half:]) - _slope(x[:half], y[:half]))
-    return PowerLaw(slope, math.hypot(student(n - 2) * scatter, bend), sizes, counts)
+    return PowerLaw(slope, math.hypot(t_quantile(n - 2) * scatter, bend), sizes, counts)
 
 
 def _slope(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:

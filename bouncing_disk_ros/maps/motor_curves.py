@@ -10,7 +10,8 @@ import math
 from typing import NamedTuple
 
 from bouncing_disk_ros.core.model import Disk, Motion
-from bouncing_disk_ros.maps.scales import acceleration, period_one, stability_limit
+from bouncing_disk_ros.maps.period_one import period_one, stability_limit
+from bouncing_disk_ros.maps.scales import acceleration
 
 
 def friction_limit(disk: Disk) -> float:

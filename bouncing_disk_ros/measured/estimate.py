@@ -31,7 +31,7 @@ from functools import cache, cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.measured.distributions import normal, normal_quantile, student
+from bouncing_disk_ros.maps.distributions import normal, normal_quantile, t_probability
 from bouncing_disk_ros.measured.kernels.likelihood import (
     excess_slopes,
     fit_times,
@@ -569,4 +569,4 @@ class Profiles:
         if fall > 600.0 * self.count:
             return 1.0 if side > 0.0 else 0.0
         root = math.sqrt(self.degrees * math.expm1(fall / self.count))
-        return student(self.degrees, side * root)
+        return t_probability(self.degrees, side * root)

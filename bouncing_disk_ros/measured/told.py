@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from bouncing_disk_ros.measured.distributions import student
+from bouncing_disk_ros.maps.distributions import t_probability
 from bouncing_disk_ros.measured.estimate import LEVEL, Array, Interval, interval_text
 
 _PHASES = 65
@@ -34,7 +34,7 @@ def periods_of(times: Array, frequency: float) -> tuple[Array, float]:
     rms = float(np.sqrt(np.mean((times - columns @ found) ** 2)))
     if degrees > 0:
         error = 2.0 * rms / math.sqrt(degrees)
-        if student(degrees, abs(found[2]) / max(error, 1e-300)) > 0.5 + 0.5 * LEVEL:
+        if t_probability(degrees, abs(found[2]) / max(error, 1e-300)) > 0.5 + 0.5 * LEVEL:
             return frequency * (found[1] + found[2] * np.array([-1.0, 1.0])), rms
     found = np.polyfit(k, times, 1)
     rms = float(np.sqrt(np.mean((times - np.polyval(found, k)) ** 2)))

@@ -25,7 +25,8 @@ from bouncing_disk_ros.core.layout import (
 )
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.maps.motor_curves import friction_limit, runs_away
-from bouncing_disk_ros.maps.scales import period_one, velocity_scale
+from bouncing_disk_ros.maps.period_one import period_one
+from bouncing_disk_ros.maps.scales import velocity_scale
 from bouncing_disk_ros.motor_study.motor_cell import (
     BATCHES,
     BEGINS,

@@ -15,7 +15,7 @@ from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.core.model import Disk, Motion, MotionInForce
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
-from bouncing_disk_ros.maps.scales import refuse_unsettled
+from bouncing_disk_ros.maps.period_one import refuse_unsettled
 from bouncing_disk_ros.parameters import TABLE, Spec, Value
 from bouncing_disk_ros.ros.conversions import programme_to_msg, trajectory_to_msg
 from bouncing_disk_ros.ros.from_messages import msg_to_motion, time_to_ns

@@ -14,13 +14,8 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import LARGEST_FLOAT32, Disk, Energy, Motion
 from bouncing_disk_ros.maps.motor_curves import mean_speed
-from bouncing_disk_ros.maps.scales import (
-    PeriodOne,
-    acceleration,
-    axial_forcing_of,
-    period_one,
-    velocity_scale,
-)
+from bouncing_disk_ros.maps.period_one import PeriodOne, period_one
+from bouncing_disk_ros.maps.scales import acceleration, axial_forcing_of, velocity_scale
 from bouncing_disk_ros.report.impact_energy import impact_energy
 from bouncing_disk_ros.report.panel import (
     Column,

@@ -8,7 +8,8 @@ import sys
 from bouncing_disk_ros.core.offset import Offset
 from bouncing_disk_ros.errors import InputError, counted
 from bouncing_disk_ros.maps.motor_curves import mean_speed, no_load_speed
-from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one
+from bouncing_disk_ros.maps.period_one import period_one
+from bouncing_disk_ros.maps.scales import axial_forcing_of
 from bouncing_disk_ros.parsing import read_json
 from bouncing_disk_ros.report.estimate import Estimate
 from bouncing_disk_ros.report.impact_text import terminal_width

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, ImpactKind
-from bouncing_disk_ros.maps.scales import acceleration, separation_phase
+from bouncing_disk_ros.maps.period_one import separation_phase
+from bouncing_disk_ros.maps.scales import acceleration
 from bouncing_disk_ros.report.estimate import Estimate
 from bouncing_disk_ros.report.orbit import Orbit, OrbitKind
 from bouncing_disk_ros.report.run_record import SETTLED_SECONDS, RunRecord

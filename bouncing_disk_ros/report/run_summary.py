@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one
+from bouncing_disk_ros.maps.period_one import period_one
+from bouncing_disk_ros.maps.scales import axial_forcing_of
 from bouncing_disk_ros.report.orbit import Orbit, orbit_of
 from bouncing_disk_ros.report.run_record import SETTLED_SECONDS, HealthReport, RunRecord
 from bouncing_disk_ros.units import NS

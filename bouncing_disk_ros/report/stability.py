@@ -18,9 +18,9 @@ from bouncing_disk_ros.maps.axial_map import (
     ORBIT_W,
     axial_orbit,
 )
+from bouncing_disk_ros.maps.distributions import t_quantile
 from bouncing_disk_ros.maps.map_tangent import flight_tangents, log_growth
 from bouncing_disk_ros.maps.scales import axial_forcing_of, velocity_scale
-from bouncing_disk_ros.maps.student import student
 from bouncing_disk_ros.report.estimate import Estimate
 from bouncing_disk_ros.report.section import single_impacts
 
@@ -130,7 +130,7 @@ def chaos_of(path: Path) -> Estimate | None:
 def exponent_of(growth: Values) -> Estimate:
     """Mean growth with its 95 % interval from the means of `BATCHES` batches."""
     means = np.array([np.mean(batch) for batch in np.array_split(growth, BATCHES)])
-    wide = student(BATCHES - 1) * float(np.std(means, ddof=1)) / math.sqrt(BATCHES)
+    wide = t_quantile(BATCHES - 1) * float(np.std(means, ddof=1)) / math.sqrt(BATCHES)
     value = float(np.mean(growth))
     return Estimate(value, value - wide, value + wide, len(growth), "")
 

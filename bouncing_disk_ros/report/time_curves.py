@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.maps.student import student
+from bouncing_disk_ros.maps.distributions import t_quantile
 from bouncing_disk_ros.report.estimate import Estimate
 
 Values = NDArray[np.float64]
@@ -96,7 +96,7 @@ def interval(found: Fit, times: Values, speeds: Values, count: float) -> Estimat
     """95 % interval of a line's or ramp's slope (rad/s²), or of a time constant (s)."""
     n = len(times)
     free = max(count - 3.0, 1.0)
-    quantile = student(free)
+    quantile = t_quantile(free)
     if found.curve is not Curve.EXPONENTIAL:
         basis = _basis(found.curve, found.shape, times)
         columns = [np.ones(n), basis]

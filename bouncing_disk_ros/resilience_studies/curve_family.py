@@ -19,13 +19,8 @@ from bouncing_disk_ros.maps.next_collision import (
 )
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, periodic_orbit
 from bouncing_disk_ros.resilience_studies.orbit_branch import KINDS, add_curves
-from bouncing_disk_ros.resilience_studies.orbit_curves import (
-    LARGEST_STEP,
-    Array,
-    Curve,
-    CurveKind,
-    Window,
-)
+from bouncing_disk_ros.resilience_studies.orbit_curves import LARGEST_STEP, Array, Curve, Window
+from bouncing_disk_ros.resilience_studies.orbit_equations import CurveKind
 
 # ------------------------------------------------------------------------------------------------
 # Where the orbit that leaves contact stops coming back to it: onset of contact in (Γ, ε).

@@ -10,22 +10,21 @@ import numpy as np
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit
+from bouncing_disk_ros.resilience_studies.arclength import Point, continued, corrected, tangent_at
 from bouncing_disk_ros.resilience_studies.orbit_curves import (
     LARGEST_STEP,
-    PARAMETERS,
     Array,
     Curve,
+    Window,
+    traced_curve,
+)
+from bouncing_disk_ros.resilience_studies.orbit_equations import (
+    PARAMETERS,
     CurveKind,
     OrbitSystem,
-    Point,
-    Window,
     admissible,
     clearances,
-    continued,
-    corrected,
     flights,
-    tangent_at,
-    traced_curve,
 )
 
 _STEP, _SMALLEST, _MOST = 0.01, 1e-7, 3000

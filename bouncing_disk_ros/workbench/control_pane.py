@@ -23,7 +23,8 @@ from bokeh.models import (
 
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.scales import axial_forcing_of, refuse_unsettled
+from bouncing_disk_ros.maps.period_one import refuse_unsettled
+from bouncing_disk_ros.maps.scales import axial_forcing_of
 from bouncing_disk_ros.parameters import AXIAL_FORCING, TABLE, Spec
 from bouncing_disk_ros.run.programmes import ANY_MOTION, FIRST_TOSS, load_programme
 from bouncing_disk_ros.sliders import slider_of

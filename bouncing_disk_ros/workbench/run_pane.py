@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import DISK, PLATFORM, SKY, THEORY
 from bouncing_disk_ros.core.model import Disk, Motion
-from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one, velocity_scale
+from bouncing_disk_ros.maps.period_one import period_one
+from bouncing_disk_ros.maps.scales import axial_forcing_of, velocity_scale
 from bouncing_disk_ros.side_window import SideWindow, side_window
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.units import in_pi, number_text, shown_unit

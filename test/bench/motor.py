@@ -13,7 +13,7 @@ from bench.studies import on_cores
 from bench.table import Aim, Row, row
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
-from bouncing_disk_ros.maps.scales import period_one
+from bouncing_disk_ros.maps.period_one import period_one
 from bouncing_disk_ros.motor_study.compute import Motor
 from bouncing_disk_ros.run.simulate import simulate
 from bouncing_disk_ros.study import named, run

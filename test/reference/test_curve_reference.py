@@ -14,7 +14,8 @@ from mpmath import mp, mpf
 from bouncing_disk_ros.maps.continuation import period_doublings
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.resilience_studies.orbit_branch import orbit_curve
-from bouncing_disk_ros.resilience_studies.orbit_curves import CurveKind, Window
+from bouncing_disk_ros.resilience_studies.orbit_curves import Window
+from bouncing_disk_ros.resilience_studies.orbit_equations import CurveKind
 
 DIGITS = 40
 STEP = mpf("1e-12")  # of a central difference: its error is about 1e-24

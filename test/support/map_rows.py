@@ -16,7 +16,8 @@ from bouncing_disk_ros.maps.axial_map import (
     ORBIT_W,
     axial_orbit,
 )
-from bouncing_disk_ros.maps.scales import period_one, velocity_scale
+from bouncing_disk_ros.maps.period_one import period_one
+from bouncing_disk_ros.maps.scales import velocity_scale
 
 DISK = Disk(0.25, 0.5, 0.6, 0.12, 0.30 / (2 * math.sqrt(2)), 10.0)
 

@@ -111,7 +111,7 @@ def lines(result: xr.Dataset) -> list[str]:
 
 def _first_doubling_lines(result: xr.Dataset) -> list[str]:
     """Where the first doubling lies when Γ ends before it: the diagram shows none then."""
-    from bouncing_disk_ros.maps.scales import stability_limit
+    from bouncing_disk_ros.maps.period_one import stability_limit
 
     if result.attrs["parameter_along"] != "axial_forcing" or len(result["doubling"]):
         return []

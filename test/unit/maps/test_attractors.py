@@ -11,7 +11,7 @@ from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, distance
 from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, axial_orbit
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
-from bouncing_disk_ros.maps.scales import stability_limit
+from bouncing_disk_ros.maps.period_one import stability_limit
 
 STARTS = [
     (float(tau), float(w)) for w in -np.linspace(0.1, 4.9, 12) for tau in np.linspace(0.1, 6.2, 12)

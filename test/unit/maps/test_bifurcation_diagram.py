@@ -12,8 +12,8 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps import bifurcation_diagram
 from bouncing_disk_ros.maps.bifurcation_diagram import Branch, begin, follow, from_starts
 from bouncing_disk_ros.maps.next_collision import Array, MapState, NextCollisionMap
+from bouncing_disk_ros.maps.period_one import stability_limit
 from bouncing_disk_ros.maps.periodic_orbit import periodic_orbit
-from bouncing_disk_ros.maps.scales import stability_limit
 
 PAPER = NextCollisionMap(0.335, 0.5, 0.0, 100.0)
 VALUES = np.round(np.arange(0.335, 0.5605, 0.0005), 4)

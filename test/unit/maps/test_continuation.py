@@ -18,8 +18,8 @@ from bouncing_disk_ros.maps.continuation import (
     period_doublings,
 )
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
+from bouncing_disk_ros.maps.period_one import stability_limit
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, fixed_point
-from bouncing_disk_ros.maps.scales import stability_limit
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.maps import motor_curves
-from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one, stability_limit
+from bouncing_disk_ros.maps.period_one import period_one, stability_limit
+from bouncing_disk_ros.maps.scales import axial_forcing_of
 from bouncing_disk_ros.motor_study.motor_points import BOUNCES, RUNS_AWAY, Run, measure
 
 MOTION = Motion(1e-6, 4e-4, 40_000.0, -0.7383651652519078)

@@ -12,8 +12,8 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.mean_speed import settled_speed
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
+from bouncing_disk_ros.maps.period_one import period_one, separation_phase, stability_limit
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point, periodic_orbit
-from bouncing_disk_ros.maps.scales import period_one, separation_phase, stability_limit
 
 
 @pytest.mark.parametrize(

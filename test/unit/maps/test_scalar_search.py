@@ -6,8 +6,8 @@ import math
 
 import pytest
 
+from bouncing_disk_ros.maps.distributions import t_quantile
 from bouncing_disk_ros.maps.scalar_search import golden_section, root_between
-from bouncing_disk_ros.maps.student import student
 
 
 def test_golden_section_finds_creases_and_hills() -> None:
@@ -43,4 +43,4 @@ def test_root_between_finds_steps_and_crossings(a: float, b: float) -> None:
     [(1, 12.706), (2, 4.303), (2.9, 4.303), (3, 3.182), (4, 2.776), (8, 2.306), (60, 2.000)],
 )
 def test_student_is_that_of_the_printed_table(free: float, printed: float) -> None:
-    assert student(free) == pytest.approx(printed, rel=1.3e-3)
+    assert t_quantile(free) == pytest.approx(printed, rel=1.3e-3)

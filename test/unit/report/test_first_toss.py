@@ -13,7 +13,7 @@ import pytest
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
-from bouncing_disk_ros.maps.scales import period_one
+from bouncing_disk_ros.maps.period_one import period_one
 from bouncing_disk_ros.report.orbit import Orbit, OrbitKind, orbit_of
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import Programme, load_programme

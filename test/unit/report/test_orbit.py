@@ -15,7 +15,7 @@ from bouncing_disk_ros.core.model import IMPACT_DTYPE, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind
 from bouncing_disk_ros.maps.map_tangent import log_growth
-from bouncing_disk_ros.maps.scales import stability_limit
+from bouncing_disk_ros.maps.period_one import stability_limit
 from bouncing_disk_ros.report.orbit import UNRESOLVED, OrbitKind, orbit_of
 from bouncing_disk_ros.report.stability import (
     exponent_of,

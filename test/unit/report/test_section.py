@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros.core.model import ImpactKind
-from bouncing_disk_ros.maps.scales import period_one
+from bouncing_disk_ros.maps.period_one import period_one
 from bouncing_disk_ros.report.section import section_velocity, single_impacts, successive_impacts
 from bouncing_disk_ros.run.session import motion_of as motion_in
 from support.map_rows import DISK, map_rows, motion_of

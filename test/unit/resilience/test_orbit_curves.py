@@ -19,13 +19,8 @@ from bouncing_disk_ros.resilience_studies.curve_family import (
     curve_family,
 )
 from bouncing_disk_ros.resilience_studies.orbit_branch import add_curves, orbit_curve, orbit_curves
-from bouncing_disk_ros.resilience_studies.orbit_curves import (
-    Curve,
-    CurveKind,
-    SpecialKind,
-    Window,
-    clearances,
-)
+from bouncing_disk_ros.resilience_studies.orbit_curves import Curve, SpecialKind, Window
+from bouncing_disk_ros.resilience_studies.orbit_equations import CurveKind, clearances
 
 WIDE = Window((0.05, 1.2), (0.02, 0.98))
 ROUNDING = 1e-12

@@ -7,7 +7,8 @@ import math
 import pytest
 
 from bouncing_disk_ros import parameters, simulate
-from bouncing_disk_ros.maps.scales import axial_forcing_of, period_one, stability_limit
+from bouncing_disk_ros.maps.period_one import period_one, stability_limit
+from bouncing_disk_ros.maps.scales import axial_forcing_of
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.workbench.actions import Lifecycle, Names, Set, lines
 from bouncing_disk_ros.workbench.scene_numbers import number_of

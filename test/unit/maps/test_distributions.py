@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy import ndimage, special
 
-from bouncing_disk_ros.measured.distributions import (
+from bouncing_disk_ros.maps.distributions import (
     chi_square_quantile,
     normal,
     normal_quantile,
-    student,
+    t_probability,
 )
 from bouncing_disk_ros.measured.filters import running_maximum
 from bouncing_disk_ros.measured.kernels.likelihood import median_eigenvalue
@@ -19,7 +19,7 @@ from bouncing_disk_ros.measured.kernels.likelihood import median_eigenvalue
 @pytest.mark.parametrize("degrees", [1, 2, 3, 4, 11, 498, 19997])
 def test_distributions_are_those_of_scipy(degrees: int) -> None:
     for x in (-30.0, -2.2, 0.0, 0.5, 4.0):
-        assert student(degrees, x) == pytest.approx(special.stdtr(degrees, x), abs=1e-12)
+        assert t_probability(degrees, x) == pytest.approx(special.stdtr(degrees, x), abs=1e-12)
         assert normal(x) == pytest.approx(special.ndtr(x), rel=1e-12)
     for above in (0.5, 0.05, 1e-9):
         expected = special.chdtri(degrees, above)
