@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import DISK, PLATFORM, SKY
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.figure_style import new_figure
+from bouncing_disk_ros.matplotlib_figures import new_figure
 from bouncing_disk_ros.regular_file import replaced
 from bouncing_disk_ros.side_window import side_window
 from bouncing_disk_ros.units import NS, shown_unit

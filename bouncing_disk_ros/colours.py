@@ -1,6 +1,6 @@
 """The colours of all figures: Okabe and Ito's, which colour-blind people can distinguish.
 
-Ticks, labels and files of the figures are in `figure_style`.
+Ticks, labels and files of the figures are in `matplotlib_figures`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Public names of `plots`, for type checkers and for `PublicNames`."""
 
-from .figure_style import save_picture as save_picture
+from .matplotlib_figures import save_picture as save_picture
 from .report.run_picture import run_picture as run_picture
 from .resilience_studies.curves.picture import curves_picture as curves_picture
 from .resilience_studies.manifolds.picture import manifolds_picture as manifolds_picture

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.patches import Arc, Circle, Rectangle
 
 from bouncing_disk_ros.colours import DISK, INK, PLATFORM
-from bouncing_disk_ros.figure_style import mark_in_pi, new_figure, typeset
+from bouncing_disk_ros.matplotlib_figures import mark_in_pi, new_figure, typeset
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -19,7 +19,7 @@ import numpy as np
 
 from bouncing_disk_ros import reference_case, simulate
 from bouncing_disk_ros.colours import BLUE, GREEN, GREY, ORANGE, VERMILION
-from bouncing_disk_ros.figure_style import new_figure
+from bouncing_disk_ros.matplotlib_figures import new_figure
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "examples"))

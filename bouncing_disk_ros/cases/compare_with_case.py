@@ -69,7 +69,7 @@ def _run(given: argparse.Namespace) -> int:
     found = compare_with_case(case, given.file, tolerance=given.tolerance)
     print("\n".join(found.lines), flush=True)
     if given.figure is not None:
-        from bouncing_disk_ros.figure_style import save_picture
+        from bouncing_disk_ros.matplotlib_figures import save_picture
 
         save_picture(found.figure(), given.figure)
         print(f"written: {given.figure}")

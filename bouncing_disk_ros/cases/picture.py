@@ -8,7 +8,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import BLUE, GREY, VERMILION
-from bouncing_disk_ros.figure_style import new_figure
+from bouncing_disk_ros.matplotlib_figures import new_figure
 
 
 def error_picture(

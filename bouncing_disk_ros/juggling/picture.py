@@ -12,15 +12,15 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from bouncing_disk_ros.colours import BLACK, REST_AREA, UNRESOLVED_AREA, VERMILION
-from bouncing_disk_ros.figure_style import (
+from bouncing_disk_ros.maps.label_maps import downsample
+from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
+from bouncing_disk_ros.matplotlib_figures import (
     MOST_PIXELS,
     mark_in_pi,
     new_figure,
     pixel_frame,
     typeset,
 )
-from bouncing_disk_ros.maps.label_maps import downsample
-from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 
 COLORS = {-1: UNRESOLVED_AREA, 0: REST_AREA, 1: REST_AREA, 2: VERMILION}
 """Verdict -> colour: not computed, never, captured (drawn over by its time), lost."""

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import BLACK, BLUE, GREY, ORANGE, SKY, UNRESOLVED_AREA, VERMILION
 from bouncing_disk_ros.core.model import Disk, Motion
-from bouncing_disk_ros.figure_style import (
+from bouncing_disk_ros.maps.label_maps import downsample
+from bouncing_disk_ros.matplotlib_figures import (
     MOST_PIXELS,
     cut_at_zero,
     name_axis,
@@ -25,7 +26,6 @@ from bouncing_disk_ros.figure_style import (
     pixel_frame,
     typeset,
 )
-from bouncing_disk_ros.maps.label_maps import downsample
 from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.units import with_prefix
 

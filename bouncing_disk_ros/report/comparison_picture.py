@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import DISK, GREY, PLATFORM, VERMILION
-from bouncing_disk_ros.figure_style import mark_in_pi, new_figure, typeset
+from bouncing_disk_ros.matplotlib_figures import mark_in_pi, new_figure, typeset
 from bouncing_disk_ros.report.orbit import orbit_of
 from bouncing_disk_ros.units import NS
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from bouncing_disk_ros.figure_style import mark_in_pi, new_figure, typeset
+from bouncing_disk_ros.matplotlib_figures import mark_in_pi, new_figure, typeset
 from bouncing_disk_ros.report.panel import Panel, Series, SeriesStyle
 from bouncing_disk_ros.report.report_files import MARK
 from bouncing_disk_ros.report.report_panels import absent, headline, panels

@@ -9,9 +9,9 @@ from matplotlib.figure import Figure
 
 from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.core.model import Motion
-from bouncing_disk_ros.figure_style import new_figure, typeset
 from bouncing_disk_ros.maps.period_one import PeriodOne, period_one
 from bouncing_disk_ros.maps.scales import axial_forcing_of, velocity_scale
+from bouncing_disk_ros.matplotlib_figures import new_figure, typeset
 from bouncing_disk_ros.report.panel import Panel, SeriesStyle, series, with_gaps
 from bouncing_disk_ros.report.report_page import draw_panel
 from bouncing_disk_ros.report.report_panels import PHASE, TIME, VELOCITY, sampled_heights

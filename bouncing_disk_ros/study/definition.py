@@ -185,7 +185,7 @@ def figures(result: xr.Dataset) -> dict[str, Figure]:
     if name not in STUDIES:
         given = f"{type(result).__name__} without the name of a study"
         raise InputError("result", given, "the dataset that a study gave")
-    from bouncing_disk_ros.figure_style import Figures  # not for --help
+    from bouncing_disk_ros.matplotlib_figures import Figures  # not for --help
 
     study = named(name, **identity["parameters"])
     return Figures(definition_of(name).pictures(study, result))

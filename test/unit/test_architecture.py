@@ -16,7 +16,7 @@ PACKAGE = ROOT / "bouncing_disk_ros"
 
 TABLES = {
     "angles", "animation", "colours", "early_signals", "environment", "errors",
-    "executables", "field_checks", "figure_style", "folders", "help_text", "impact_layout",
+    "executables", "field_checks", "matplotlib_figures", "folders", "help_text", "impact_layout",
     "kernel_cache", "limits", "parameters", "parsing", "public_names", "regular_file",
     "safe_path", "side_window", "sliders", "topics", "units",
 }  # fmt: skip
@@ -56,7 +56,7 @@ LIBRARIES = {
     "parsing": {"yaml"},
     "kernel_cache": {"numba", "tqdm"},
     "animation": {"numpy", "matplotlib", "PIL"},
-    "figure_style": {"numpy", "matplotlib", "IPython"},  # IPython is there where it asks
+    "matplotlib_figures": {"numpy", "matplotlib", "IPython"},  # IPython is there where it asks
     "bag": {"numpy", "mcap", "yaml", "lz4", "zstandard", "rosbags", "tqdm"},
     "core": {"numpy", "numba"},
     "maps": {"numpy", "numba"},

@@ -57,7 +57,7 @@ def change_text(motion: MotionInForce, disk: Disk) -> str:
 
 def show_summary(record: RunRecord, picture: Path) -> Summary:
     """Print the summary and draw the picture."""
-    from bouncing_disk_ros.figure_style import save_picture
+    from bouncing_disk_ros.matplotlib_figures import save_picture
     from bouncing_disk_ros.report.run_picture import run_picture
 
     summary = summary_of(record)

@@ -134,7 +134,7 @@ def compare(
         from bouncing_disk_ros.folders import use_matplotlib_folder
 
         use_matplotlib_folder()
-        from bouncing_disk_ros.figure_style import save_picture
+        from bouncing_disk_ros.matplotlib_figures import save_picture
         from bouncing_disk_ros.report.comparison_picture import two_runs_picture
 
         title = f"{recorded.bag.path.name}: what if {changes.label}"

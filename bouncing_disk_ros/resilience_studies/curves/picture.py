@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
 from bouncing_disk_ros.colours import BLACK, VERMILION
-from bouncing_disk_ros.figure_style import cut_at_zero, new_figure
+from bouncing_disk_ros.matplotlib_figures import cut_at_zero, new_figure
 from bouncing_disk_ros.study.parameter_map.picture import draw_periods
 
 STYLES: dict[str, tuple[Any, str]] = {

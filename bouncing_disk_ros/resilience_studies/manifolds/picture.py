@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from bouncing_disk_ros.colours import BLACK, BLUE, VERMILION
-from bouncing_disk_ros.figure_style import MOST_PIXELS, new_figure
 from bouncing_disk_ros.maps.label_maps import downsample
+from bouncing_disk_ros.matplotlib_figures import MOST_PIXELS, new_figure
 from bouncing_disk_ros.study.basins.picture import frame, label_axes, title_of
 
 _PALE = ("#e8e8e8", "#cfe3f5", "#fbe3c0", "#cdeadb", "#f0d9e6", "#dcf0fb", "#f8d6c4", "#fbf8cf")

@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import BLACK
-from bouncing_disk_ros.figure_style import cell_ends, mark_in_pi, name_axis, new_figure
+from bouncing_disk_ros.matplotlib_figures import cell_ends, mark_in_pi, name_axis, new_figure
 from bouncing_disk_ros.study.line_picture import draw_shares, few, line_colors, line_legend
 
 _NEVER, _ABSENT = "#f7c6c5", "#e8e8e8"

@@ -9,7 +9,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from bouncing_disk_ros.colours import INK
-from bouncing_disk_ros.figure_style import name_axis, new_figure, typeset
+from bouncing_disk_ros.matplotlib_figures import name_axis, new_figure, typeset
 from bouncing_disk_ros.study.line_picture import draw_shares, line_colors, line_legend
 
 

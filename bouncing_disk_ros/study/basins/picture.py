@@ -19,8 +19,14 @@ from bouncing_disk_ros.colours import (
     VERMILION,
     attractor_colors,
 )
-from bouncing_disk_ros.figure_style import MOST_PIXELS, mark_in_pi, new_figure, pixel_frame, typeset
 from bouncing_disk_ros.maps.label_maps import downsample
+from bouncing_disk_ros.matplotlib_figures import (
+    MOST_PIXELS,
+    mark_in_pi,
+    new_figure,
+    pixel_frame,
+    typeset,
+)
 
 POINTS = "impacts on the attractors"
 CONTACT_POINTS = "impacts on the attractor with contact"

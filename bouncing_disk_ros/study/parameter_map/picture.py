@@ -24,7 +24,9 @@ from bouncing_disk_ros.colours import (
     VERMILION,
     YELLOW,
 )
-from bouncing_disk_ros.figure_style import (
+from bouncing_disk_ros.maps.label_maps import downsample
+from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
+from bouncing_disk_ros.matplotlib_figures import (
     MOST_PIXELS,
     cut_at_zero,
     name_axis,
@@ -32,8 +34,6 @@ from bouncing_disk_ros.figure_style import (
     pixel_frame,
     typeset,
 )
-from bouncing_disk_ros.maps.label_maps import downsample
-from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 
 #: impacts in one repetition -> colour; the cascade 1, 2, 4, 8 goes from blue to yellow
 PERIODS = {1: BLUE, 2: SKY, 4: GREEN, 8: YELLOW, 3: VERMILION, 6: ORANGE, 5: PURPLE}

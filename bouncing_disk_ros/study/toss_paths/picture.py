@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import BLUE, DISK, GREEN, GREY, PLATFORM, PURPLE, VERMILION
 from bouncing_disk_ros.core.model import Phase
-from bouncing_disk_ros.figure_style import new_figure
 from bouncing_disk_ros.maps.tosses import Floats, TossPaths, TossTrajectory
+from bouncing_disk_ros.matplotlib_figures import new_figure
 from bouncing_disk_ros.units import in_pi
 
 DPI = 200

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Motion, MotionInForce
-from bouncing_disk_ros.figure_style import save_picture
+from bouncing_disk_ros.matplotlib_figures import save_picture
 from bouncing_disk_ros.report.run_picture import run_picture
 from bouncing_disk_ros.report.run_record import RunRecord
 from bouncing_disk_ros.run.programmes import as_simulated, load_programme

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from bouncing_disk_ros.figure_style import name_axis, new_figure
+from bouncing_disk_ros.matplotlib_figures import name_axis, new_figure
 from bouncing_disk_ros.motor_study import options as motor
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.resilience_studies.curves import options as curves
