@@ -41,21 +41,32 @@ def t_probability(degrees: int, x: float) -> float:
 
 
 def t_quantile(free: float) -> float:
-    """97.5 % of Student's t with `free` degrees of freedom, at least 1; to 0.13 %.
+    """97.5 % of Student's t with `free` degrees of freedom, at least 1.
 
-    Below 3 it is the exact one of 1 or 2, the next lower number. Source: Abramowitz, Stegun 26.7.5.
+    Between whole numbers it is linear in 1/free, which is a little too wide.
     """
-    if free < 3.0:
-        return math.tan(0.475 * math.pi) if free < 2.0 else 0.95 * math.sqrt(2.0 / (1.0 - 0.95**2))
+    low = math.floor(free)
+    one, other = _t_quantile(low), _t_quantile(low + 1)
+    return one + (other - one) * (low + 1) * (1.0 - low / free)
+
+
+@cache
+def _t_quantile(degrees: int) -> float:
+    """26.7.5, an expansion in 1/degrees, and Newton's steps from there."""
+    if degrees < 3:
+        return math.tan(0.475 * math.pi) if degrees < 2 else 0.95 * math.sqrt(2.0 / (1.0 - 0.95**2))
     z = normal_quantile(0.975)
-    return (
+    x = (
         z
-        + (z**3 + z) / (4.0 * free)
-        + (5.0 * z**5 + 16.0 * z**3 + 3.0 * z) / (96.0 * free**2)
-        + (3.0 * z**7 + 19.0 * z**5 + 17.0 * z**3 - 15.0 * z) / (384.0 * free**3)
-        + (79.0 * z**9 + 776.0 * z**7 + 1482.0 * z**5 - 1920.0 * z**3 - 945.0 * z)
-        / (92160.0 * free**4)
+        + (z**3 + z) / (4.0 * degrees)
+        + (5.0 * z**5 + 16.0 * z**3 + 3.0 * z) / (96.0 * degrees**2)
     )
+    size = math.lgamma(0.5 * degrees + 0.5) - math.lgamma(0.5 * degrees)
+    for _ in range(4):
+        density = math.exp(size - 0.5 * (degrees + 1) * math.log1p(x * x / degrees))
+        density /= math.sqrt(math.pi * degrees)
+        x -= (t_probability(degrees, x) - 0.975) / density
+    return x
 
 
 def chi_square_quantile(degrees: int, above: float) -> float:

@@ -11,6 +11,7 @@ from bouncing_disk_ros.maps.distributions import (
     normal,
     normal_quantile,
     t_probability,
+    t_quantile,
 )
 from bouncing_disk_ros.measured.filters import running_maximum
 from bouncing_disk_ros.measured.kernels.likelihood import median_eigenvalue
@@ -21,10 +22,16 @@ def test_distributions_are_those_of_scipy(degrees: int) -> None:
     for x in (-30.0, -2.2, 0.0, 0.5, 4.0):
         assert t_probability(degrees, x) == pytest.approx(special.stdtr(degrees, x), abs=1e-12)
         assert normal(x) == pytest.approx(special.ndtr(x), rel=1e-12)
+    assert t_quantile(degrees) == pytest.approx(special.stdtrit(degrees, 0.975), rel=1e-11)
     for above in (0.5, 0.05, 1e-9):
         expected = special.chdtri(degrees, above)
         assert chi_square_quantile(degrees, above) == pytest.approx(expected, rel=1e-12)
         assert normal_quantile(above) == pytest.approx(special.ndtri(above), rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize(("free", "wider"), [(1.5, 0.2), (2.9, 0.02), (3.5, 0.004), (40.5, 1e-4)])
+def test_quantiles_between_whole_degrees_are_a_little_too_wide(free: float, wider: float) -> None:
+    assert 1.0 < t_quantile(free) / special.stdtrit(free, 0.975) < 1.0 + wider
 
 
 @pytest.mark.parametrize("void", [[], [3], [3, 7]])

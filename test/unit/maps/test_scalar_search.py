@@ -6,7 +6,6 @@ import math
 
 import pytest
 
-from bouncing_disk_ros.maps.distributions import t_quantile
 from bouncing_disk_ros.maps.scalar_search import golden_section, root_between
 
 
@@ -36,11 +35,3 @@ def test_root_between_finds_steps_and_crossings(a: float, b: float) -> None:
     place = root_between(step, a, step(a), b, step(b), 1e-6)
     assert step(place) < 0.0, "the end where it is <= 0"
     assert place == pytest.approx(0.7, abs=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("free", "printed"),
-    [(1, 12.706), (2, 4.303), (2.9, 4.303), (3, 3.182), (4, 2.776), (8, 2.306), (60, 2.000)],
-)
-def test_student_is_that_of_the_printed_table(free: float, printed: float) -> None:
-    assert t_quantile(free) == pytest.approx(printed, rel=1.3e-3)
