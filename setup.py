@@ -49,7 +49,6 @@ setup(
         "PyYAML>=6.0",
         "bokeh>=3.7",  # interactive plots: HTML reports, the page of the workbench
         "google-crc32c",  # checksums of stored results; zarr needs it too
-        "numcodecs",  # chunks of stored results; zarr needs it too
         "lz4",  # chunks of bags, with mcap
         "matplotlib>=3.6",
         "mcap",

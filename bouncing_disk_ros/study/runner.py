@@ -247,7 +247,7 @@ def compute_region(
     arrays = study.compute(region, context, None)
     if token_of(path) != token:
         return arrays
-    put(Path(path), study, region, arrays)
+    put(path, study, region, arrays)
     return None
 
 

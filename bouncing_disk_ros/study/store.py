@@ -18,7 +18,6 @@ import math
 import os
 import shutil
 import stat
-import uuid
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -29,7 +28,6 @@ import google_crc32c
 import numpy as np
 import xarray as xr
 import zarr
-from numcodecs import Blosc, Zstd
 from numpy.typing import NDArray
 from zarr.codecs import BloscCodec, Crc32cCodec
 
@@ -50,9 +48,6 @@ CONTEXT, CONTEXT_DRAFT = "context", "context_draft"
 COMPRESSORS = (BloscCodec(cname="lz4", clevel=5, shuffle="shuffle"), Crc32cCodec())
 """Basins take less room so than by Zarr's default, and two thirds of the time."""
 _CODECS = ["bytes", "blosc", "crc32c"]
-_OLDER_CODECS = ["bytes", "blosc"], ["bytes", "zstd"]  # of version 0.2; zstd: its marks
-_COMPRESSOR_OF = {"blosc": Blosc("lz4", clevel=5, shuffle=Blosc.SHUFFLE), "zstd": Zstd()}
-"""Compressors of the chunks that are written without Zarr, by the names of their codecs."""
 _HEADER, _CHECKSUM = 16, 4
 """Bytes before and after the numbers of a chunk: Blosc's header, the crc32c."""
 _ITSELF = "."
@@ -72,8 +67,6 @@ _SHOWN = 5
 _ALL_NEED = "what all parts need"
 _ALL_CHUNKS = {"write_empty_chunks": True}
 _PACKAGE = "bouncing_disk_ros"
-
-_MARKS = Field(("region",), "uint8", "1", "whether the part is computed", fill=0)
 
 Place = tuple[int, ...]
 
@@ -332,7 +325,7 @@ def _layout(
         fits = few and usual and layout.dtype.kind in "biufU"
     except Exception:  # noqa: BLE001 (Zarr has errors of many kinds for what it cannot use)
         fits = False
-    if not fits or codecs not in ([_CODECS] if has_checksums else _OLDER_CODECS):
+    if not fits or (has_checksums and codecs != _CODECS):
         raise InputError(field, str(folder), "an array of a study's result", _REMOVE)
     if layout.chunk_bytes > RESULT_CHUNK:
         allowed = f"chunks of at most {RESULT_CHUNK} bytes"
@@ -457,12 +450,19 @@ class Store:
         for name, axis in study.axes.items():
             kind = str(axis.values.dtype)
             field = Field((name,), kind, axis.units, axis.long_name, axis.symbol)
-            found[name] = field, _layout_of(study, field, {})
+            found[name] = field, self._layout(field, {})
         for name, field in study.fields.items():
-            found[name] = field, _layout_of(study, field, study.chunks)
+            found[name] = field, self._layout(field, study.chunks)
+        marks = Field(("region",), "uint8", "1", "whether the part is computed", fill=0)
         shape = (math.prod(study.region_counts()),)
-        found[DONE] = _MARKS, Layout(shape, (1,), np.dtype("uint8"), _MARKS.dims)
+        found[DONE] = marks, Layout(shape, (1,), np.dtype("uint8"), marks.dims)
         return found
+
+    def _layout(self, field: Field, lengths: Mapping[str, int]) -> Layout:
+        shape = tuple(self._study.shape[dim] for dim in field.dims)
+        pairs = zip(field.dims, shape, strict=True)
+        chunks = tuple(max(1, min(lengths.get(dim, size), size)) for dim, size in pairs)
+        return Layout(shape, chunks, np.dtype(field.dtype), field.dims)
 
     def is_done(self, region: Region) -> bool:
         """Whether this region is in the store."""
@@ -475,11 +475,11 @@ class Store:
 
     def put(self, region: Region, arrays: Arrays) -> None:
         """Put a region into the store, on any thread; it counts when it is marked."""
-        put(self.path, self._study, region, arrays)
+        put(self._group, self._study, region, arrays)
 
     def mark(self, region: Region) -> None:
         """Mark a region that is in the store as done."""
-        _write_chunk(self.path / DONE, (region.number,), np.ones(1, np.uint8))
+        self._group[DONE][region.number] = 1
         self._done[region.number] = 1
 
     def read(self, region: Region) -> Arrays:
@@ -513,20 +513,8 @@ class Store:
         return arrays
 
 
-def _layout_of(study: Study, field: Field, lengths: Mapping[str, int]) -> Layout:
-    """The layout of a field, cut into these lengths along the axes that are cut."""
-    shape = tuple(study.shape[dim] for dim in field.dims)
-    pairs = zip(field.dims, shape, strict=True)
-    chunks = tuple(max(1, min(lengths.get(dim, size), size)) for dim, size in pairs)
-    return Layout(shape, chunks, np.dtype(field.dtype), field.dims)
-
-
-def _fill(field: Field) -> float:
-    is_float = np.dtype(field.dtype).kind == "f"
-    return field.fill if is_float else int(np.nan_to_num(field.fill))
-
-
 def _array(group: zarr.Group, name: str, field: Field, layout: Layout) -> zarr.Array:
+    fill = field.fill if np.dtype(field.dtype).kind == "f" else int(np.nan_to_num(field.fill))
     attributes: dict[str, Any] = {"units": field.units, "long_name": field.long_name}
     if field.symbol:
         attributes["symbol"] = field.symbol
@@ -534,7 +522,7 @@ def _array(group: zarr.Group, name: str, field: Field, layout: Layout) -> zarr.A
         attributes["flag_values"] = list(field.flags)
         attributes["flag_meanings"] = " ".join(field.flags.values())
     return group.create_array(
-        name, shape=layout.shape, chunks=layout.chunks, dtype=field.dtype, fill_value=_fill(field),
+        name, shape=layout.shape, chunks=layout.chunks, dtype=field.dtype, fill_value=fill,
         dimension_names=field.dims, attributes=attributes, compressors=COMPRESSORS,
     )  # fmt: skip
 
@@ -549,33 +537,12 @@ def _unpacked(packed: NDArray[np.uint8], about: list[tuple[str, str, list[int]]]
     return found
 
 
-def put(path: Path, study: Study, region: Region, arrays: Arrays) -> None:
-    """Put a region into the store at `path`: one chunk of each field."""
+def put(group: zarr.Group | str, study: Study, region: Region, arrays: Arrays) -> None:
+    """Put a region into the group of a store, or into its folder: another process has no store."""
+    if isinstance(group, str):
+        group = zarr.open_group(group, mode="r+")
     for name, field in study.fields.items():
-        layout = _layout_of(study, field, study.chunks)
-        begins = (part.start or 0 for part in region.select(field.dims))
-        place = tuple(begin // length for begin, length in zip(begins, layout.chunks, strict=True))
-        chunk = np.full(layout.chunks, _fill(field), layout.dtype)
-        chunk[tuple(map(slice, arrays[name].shape))] = arrays[name]  # the rest is beyond an edge
-        _write_chunk(path / name, place, chunk)
-
-
-def _write_chunk(array: Path, place: Place, chunk: NDArray[np.generic]) -> None:
-    """Write a chunk of an array, whole or not at all: Zarr needs twice the processor time."""
-    codecs = [codec["name"] for codec in _metadata("output", array)["codecs"]]
-    data = _COMPRESSOR_OF[codecs[1]].encode(chunk)
-    file = array.joinpath("c", *map(str, place))
-    file.parent.mkdir(parents=True, exist_ok=True)
-    draft = file.with_name(f"{file.name}.{uuid.uuid4().hex}.partial")
-    try:
-        with draft.open("xb") as opened_draft:
-            opened_draft.write(data)
-            if codecs == _CODECS:
-                opened_draft.write(google_crc32c.value(data).to_bytes(_CHECKSUM, "little"))
-        draft.replace(file)
-    except OSError:
-        draft.unlink(missing_ok=True)
-        raise
+        _writing(group, name)[region.select(field.dims)] = arrays[name]
 
 
 def _writing(group: zarr.Group, name: str) -> zarr.Array:
