@@ -18,7 +18,7 @@ from math import cos, inf, log, sin, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.arithmetic import entry, rare_kernel
+from bouncing_disk_ros.core.arithmetic import entry, kernel, rare_kernel
 from bouncing_disk_ros.measured.kernels.rest_laws import (
     AMPLITUDE,
     FREQUENCY,
@@ -92,6 +92,21 @@ def _equations(
     return True
 
 
+@kernel
+def _covariances(
+    b: NDArray[np.float64], sig: NDArray[np.float64], j: int, start: float
+) -> tuple[float, float, float]:
+    """Of equation j with itself, from `start` on, and with the two before: of BΣBᵀ."""
+    a0, a1, a2 = start, 0.0, 0.0
+    for m in range(3):
+        a0 += (b[j, m] * sig[j + m]) ** 2
+    if j >= 1:
+        a1 = b[j - 1, 1] * b[j, 0] * sig[j] ** 2 + b[j - 1, 2] * b[j, 1] * sig[j + 1] ** 2
+    if j >= 2:
+        a2 = b[j - 2, 2] * b[j, 0] * sig[j] ** 2
+    return a0, a1, a2
+
+
 @rare_kernel
 def _factor(
     b: NDArray[np.float64],
@@ -105,13 +120,7 @@ def _factor(
     """
     total = 0.0
     for j in range(b.shape[0]):
-        a0, a1, a2 = rho * rho if b[j, 2] != 0.0 else 1.0, 0.0, 0.0
-        for m in range(3):
-            a0 += (b[j, m] * sig[j + m]) ** 2
-        if j >= 1:
-            a1 = b[j - 1, 1] * b[j, 0] * sig[j] ** 2 + b[j - 1, 2] * b[j, 1] * sig[j + 1] ** 2
-        if j >= 2:
-            a2 = b[j - 2, 2] * b[j, 0] * sig[j] ** 2
+        a0, a1, a2 = _covariances(b, sig, j, rho * rho if b[j, 2] != 0.0 else 1.0)
         l2 = a2 / low[j - 2, 0] if j >= 2 else 0.0
         l1 = (a1 - (l2 * low[j - 1, 1] if j >= 2 else 0.0)) / low[j - 1, 0] if j >= 1 else 0.0
         rest = a0 - l1 * l1 - l2 * l2
@@ -462,13 +471,7 @@ def _below(b: NDArray[np.float64], sig: NDArray[np.float64], bound: float) -> in
     """How many eigenvalues of BΣBᵀ are below a bound: negative pivots (Sylvester's law)."""
     count, pivot1, pivot2, l1_before = 0, 1.0, 1.0, 0.0
     for j in range(b.shape[0]):
-        a0, a1, a2 = -bound, 0.0, 0.0
-        for m in range(3):
-            a0 += (b[j, m] * sig[j + m]) ** 2
-        if j >= 1:
-            a1 = b[j - 1, 1] * b[j, 0] * sig[j] ** 2 + b[j - 1, 2] * b[j, 1] * sig[j + 1] ** 2
-        if j >= 2:
-            a2 = b[j - 2, 2] * b[j, 0] * sig[j] ** 2
+        a0, a1, a2 = _covariances(b, sig, j, -bound)
         l1 = a1 - a2 * l1_before  # both times the pivot before
         pivot = a0 - l1 * l1 / pivot1 - a2 * a2 / pivot2
         if pivot == 0.0:
