@@ -59,8 +59,8 @@ def tolerance(
 
 def first_impact(run: Simulation, before: float) -> np.void:
     """The first row, which is due before `before`, s."""
-    rows, behind = run.advance(math.ceil(before * NS) + 2)
-    assert not behind
+    # an elastic disk may bounce a million times within a nanosecond
+    rows, _ = run.advance(math.ceil(before * NS) + 2, max_events=10)
     assert len(rows), "no impact where there is one"
     return rows[0]
 
@@ -81,6 +81,7 @@ def assert_lands(row: np.void, end: Landing, allowed: Tolerance) -> None:
 )
 @example(axial_forcing=0.45, frequency=3.0, phase=4.0, exponent=-10.0)
 @example(axial_forcing=0.0, frequency=3.0, phase=4.0, exponent=-10.0)
+@example(axial_forcing=0.2268354159065425, frequency=40e3, phase=5.748938808033809, exponent=-10.0)
 @settings(SLOW, max_examples=examples(40))
 def test_bounce_from_contact(
     axial_forcing: float, frequency: float, phase: float, exponent: float
