@@ -128,11 +128,10 @@ def test_impact_law(run: Run) -> None:
     disk, w = run.disk, -rows["axial_impact_velocity"]
     push = (1 + disk.restitution) * w
     np.testing.assert_allclose(rows["axial_impulse"], disk.mass * push, rtol=1e-15)
-    inertia = disk.mass * disk.gyration_radius**2
     slip = rows["angular_impact_velocity"]
-    most = disk.friction * disk.friction_radius / disk.gyration_radius**2 * push
+    most = disk.friction * disk.friction_radius * disk.mass / disk.inertia * push
     twist = -np.sign(slip) * np.minimum(np.abs(slip), most)
-    np.testing.assert_allclose(rows["angular_impulse"], inertia * twist, rtol=3e-15)
+    np.testing.assert_allclose(rows["angular_impulse"], disk.inertia * twist, rtol=3e-15)
 
 
 @FEW
@@ -156,7 +155,8 @@ def test_gap_force_and_friction_stay_within_bounds(run: Run) -> None:
         assert sample.axial_force >= -1e-14 * weight
         most = disk.friction * disk.friction_radius * sample.axial_force
         # sticking up to the very limit: both sides have a few roundings of their largest term
-        scale = disk.friction * disk.friction_radius * weight + abs(disk.load_torque)
+        torques = abs(disk.load_torque) + disk.brake_torque
+        scale = disk.friction * disk.friction_radius * weight + torques
         assert abs(sample.friction_torque) <= most + 1e-13 * scale
 
     run.play(advance, PERIODS)
@@ -169,11 +169,11 @@ def test_energy_balance(run: Run) -> None:
 
     Where sticking begins, α̇ becomes β̇ to the rounding of ωΦ: a few ulp of that are the floor.
     """
-    inertia = run.disk.mass * run.disk.gyration_radius**2
     fastest = 2 * run.motion.angular_amplitude * math.tau * 1.5 * run.motion.frequency
-    floor = 1e-14 * inertia * fastest**2
+    floor = 1e-14 * 1.5 * run.disk.inertia * fastest**2  # an input may add half to the inertia
 
     def advance(sim: Simulation, until_ns: int) -> None:
+        braked = sim.energy().loss_brake
         while sim.time_ns < until_ns:
             sim.advance(min(until_ns, sim.time_ns + run.period_ns))
             energy = sim.energy()
@@ -182,6 +182,8 @@ def test_energy_balance(run: Run) -> None:
             assert energy.loss_impact_axial >= 0
             assert energy.loss_impact_friction >= -1e-15 * scale - floor
             assert energy.loss_sliding >= -1e-15 * scale - floor
+            assert energy.loss_brake >= braked
+            braked = energy.loss_brake
 
     run.play(advance, PERIODS)
 

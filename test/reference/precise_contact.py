@@ -1,4 +1,7 @@
-"""Sticking and sliding in 60 digits: phase after phase by closed forms and certified roots."""
+"""Sticking and sliding in 60 digits: phase after phase by closed forms and certified roots.
+
+Written from the model's equations only; it shares nothing with the core.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +11,19 @@ import mpmath
 from mpmath import mpf
 
 from bouncing_disk_ros.core.model import Disk
-from reference.precise import Constants
 from reference.precise_path import Path, Real, first_zero
+
+
+class Constants:
+    """A disk's constants as the equations use them."""
+
+    def __init__(self, disk: Disk) -> None:
+        self.mass = mpf(disk.mass)
+        self.gravity = mpf(disk.gravity) + mpf(disk.preload) / self.mass
+        self.inertia = self.mass * mpf(disk.gyration_radius) ** 2
+        #: μ a_e m / (m a_g²): the largest |Δα̇| per unit of N/m or of F̂/m
+        self.grip = self.mass * mpf(disk.friction) * mpf(disk.friction_radius) / self.inertia
+        self.brake = mpf(disk.load_torque) / self.inertia
 
 
 class Turning(NamedTuple):

@@ -1,4 +1,4 @@
-"""The platform's motion and certified first roots in 60 digits: what precise.py stands on.
+"""The platform's motion and certified first roots in 60 digits.
 
 First roots are certified by exclusion: on an interval of half width r about c,
 |f(t) − f(c) − f'(c)(t − c)| ≤ M r²/2 with a bound M of |f''|; an interval is passed only if that
@@ -19,9 +19,6 @@ from reference.cases import NS, Fade
 mp.dps = 60
 Real = Any  # mpf: mpmath has no types
 TINY = mpf(10) ** -45
-
-# Extremes of the blend b(σ) = 10σ³ − 15σ⁴ + 6σ⁵ on [0, 1]: b' at 1/2, b'' at (3 − √3)/6.
-BLEND_1, BLEND_2 = mpf(15) / 8, 10 / mpmath.sqrt(3)
 
 
 class GrazeError(Exception):
@@ -97,19 +94,6 @@ class Path:
         self.omega = max(_omega(m) for m in motions)
         self.reach = max(mpf(m.axial_amplitude) for m in motions)
         self.swing = max(mpf(m.angular_amplitude) for m in motions)
-        self.ends = [piece[0] for piece in self._pieces[1:]]
-
-    @property
-    def acceleration_bound(self) -> Real:
-        """A bound of |s̈| over all time."""
-        bound = self.reach * self.omega**2
-        for _, duration, _, a, b in self._pieces:
-            if duration:
-                change = abs(mpf(b.axial_amplitude) - mpf(a.axial_amplitude))
-                rate = abs(_omega(b) - _omega(a)) * BLEND_1 / duration
-                fading = change * (BLEND_2 / duration**2 + 2 * BLEND_1 / duration * self.omega)
-                bound = max(bound, self.reach * (self.omega**2 + rate) + fading)
-        return bound
 
     def axial_forcing(
         self, t: Real
@@ -125,11 +109,6 @@ class Path:
         blend2 = 60 * x * (1 - x) * (1 - 2 * x) / duration**2
         tau += w * elapsed + dw * duration * x**4 * (mpf(5) / 2 - 3 * x + x * x)
         return tau, w + dw * blend, dw * blend1, blend, blend1, blend2, begin, a, b
-
-    def axial(self, t: Real) -> tuple[Real, Real, Real, Real]:
-        """s and its derivatives at t: half of what `at` computes."""
-        tau, w, w1, x, x1, x2, _, a, b = self.axial_forcing(t)
-        return _sine(a.axial_amplitude, b.axial_amplitude, x, x1, x2, tau, w, w1)
 
     def at(self, t: Real) -> At:
         """The platform at t."""

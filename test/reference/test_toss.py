@@ -18,8 +18,7 @@ from mpmath import mp, mpf
 
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.maps.tosses import PAPER, PAPER_DISK, extreme, motion_of, toss
-from reference.precise import Constants
-from reference.precise_contact import Contact, Turning
+from reference.precise_contact import Constants, Contact, Turning
 from reference.precise_path import Path, Real
 
 EPS = float(np.finfo(float).eps)

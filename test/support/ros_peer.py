@@ -26,7 +26,6 @@ from bouncing_disk_ros.run.command_validation import PointRequest, ProgrammeRequ
 from bouncing_disk_ros.run.input_records import Record, from_json
 from bouncing_disk_ros.topics import TOPICS, Direction
 from support.processes import PATIENCE
-from support.replayed import replayed
 
 
 def message_type(name: str) -> type[Any]:
@@ -192,17 +191,6 @@ class Peer:
         self.spin_until(found)
         status = found()
         return status.level[0], status.message, {pair.key: pair.value for pair in status.values}
-
-    def check_replay(self) -> NDArray[np.void]:
-        """Replay the records up to the last; the rows heard are those, to the bit, none missing."""
-        records = self.records
-        assert [record["index"] for record in records] == list(range(len(records)))
-        again, _ = replayed(records, until_ns=records[-1]["time_ns"])
-        self.spin_until(lambda: self.rows["index"][-1] == again["index"][-1])
-        heard = self.rows
-        assert np.array_equal(np.diff(heard["index"]), np.ones(len(heard) - 1))
-        assert heard.tobytes() == again[-len(heard) :].tobytes()
-        return heard
 
     def wait_for_record(self, kind: str) -> Record:
         """Wait until the newest record of an input is of a kind, and return it."""
