@@ -24,6 +24,7 @@ from bouncing_disk_ros.core.model import (
 )
 from bouncing_disk_ros.core.simulation import Simulation
 from property.runs import Run, runs
+from support.coverage import in_soak
 
 FEW = settings(max_examples=60)
 PERIODS = 6.0
@@ -71,23 +72,11 @@ def played(run: Run, *ticks: float) -> tuple[Gatherer, Simulation]:
 @given(run=runs(), ticks=st.lists(st.floats(1e-3, 2), min_size=1, max_size=5))
 def test_bits_do_not_depend_on_the_pattern_of_ticks(run: Run, ticks: list[float]) -> None:
     whole, end = played(run, math.inf)
-    for pattern in ([0.021], [3.0], ticks):
+    for pattern in ([0.07], ticks):
         parts, other = played(run, *pattern)
         assert parts.bytes == whole.bytes
         assert other.sample() == end.sample()
         assert other.energy() == end.energy()
-
-
-def test_ticks_of_a_millisecond_seven_and_a_second_give_the_same_bits() -> None:
-    motion, disk = Motion(0.055, 1.4, 3.0, -0.7), Disk(0.3, 0.5, 0.6, 0.12, 0.106, 10.0)
-    found = set()
-    for tick_ns in (10**6, 7 * 10**6, 10**9):
-        sim, rows = Simulation(motion, disk, InitialState()), b""
-        while sim.time_ns < 70 * 10**9:
-            rows += sim.advance(sim.time_ns + tick_ns)[0].tobytes()
-        found.add(rows)
-    assert len(found) == 1
-    assert len(found.pop()) > 100 * IMPACT_DTYPE.itemsize
 
 
 @FEW
@@ -190,7 +179,7 @@ def test_energy_balance(run: Run) -> None:
 
 @pytest.mark.parametrize(
     ("forcing", "restitution", "events"),
-    [(0.45, 0.5, 10**5), (0.55, 0.5, 10**6), (1.2, 0.8, 10**5)],
+    [(0.55, 0.5, 10**6), *in_soak((0.45, 0.5, 10**5), (1.2, 0.8, 10**5))],
 )
 def test_a_million_events(forcing: float, restitution: float, events: int) -> None:
     amplitude = forcing * math.pi * 10.0 / (math.tau * 3.0) ** 2

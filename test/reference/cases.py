@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 import os
-from typing import NamedTuple
 
 from hypothesis import Phase as HypothesisPhase
 from hypothesis import settings
 
-from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.core.model import Disk
 
 NS = 1_000_000_000
 
@@ -30,14 +29,6 @@ def examples(number: int, soak: int | None = None) -> int:
     """
     times = int(os.environ.get("EXAMPLES", "0"))
     return number * max(times, 1) if soak is None or not times else soak * times // 20
-
-
-class Fade(NamedTuple):
-    """A cross-fade to `target` between two instants, ns."""
-
-    begin_ns: int
-    end_ns: int
-    target: Motion
 
 
 def axial_amplitude(axial_forcing: float, frequency: float, disk: Disk) -> float:
