@@ -1,7 +1,7 @@
 """Studies at random options beside single runs of the simulator, which know nothing of them.
 
-Diagrams, shares and tosses follow the map step by step: its steps have the stepper's bits
-(test_rotation_map.py, test_tosses.py), and their results are pinned.
+Diagrams and shares follow the map step by step: its steps have the stepper's bits
+(test_rotation_map.py), and their results are pinned. Tosses are in test_toss.py.
 """
 
 from __future__ import annotations
