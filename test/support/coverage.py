@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from scipy.stats import binom
 
 from reference.cases import examples
 
@@ -19,19 +19,7 @@ def in_soak(*cases: Any) -> list[Any]:
 
 def least_hits(trials: int, chance: float, miss: float = 1e-5) -> int:
     """The number of hits that is fallen short of with a chance of at most `miss`."""
-    below = 0.0
-    for hits in range(trials + 1):
-        log = (
-            math.lgamma(trials + 1)
-            - math.lgamma(hits + 1)
-            - math.lgamma(trials - hits + 1)
-            + hits * math.log(chance)
-            + (trials - hits) * math.log1p(-chance)
-        )
-        below += math.exp(log)
-        if below > miss:
-            return hits
-    return trials
+    return int(binom.ppf(miss, trials, chance))
 
 
 def covers(trial: Callable[[np.random.Generator], bool], trials: int, chance: float) -> None:
