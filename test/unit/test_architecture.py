@@ -6,7 +6,6 @@ from __future__ import annotations
 import ast
 import re
 import sys
-from collections.abc import Iterator
 from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -165,34 +164,6 @@ def test_no_files_import_each_other_in_a_circle() -> None:
         for name, file in modules.items()
     }
     tuple(TopologicalSorter(uses).static_order())  # raises CycleError, which names the circle
-
-
-MAX_DEPTH = 14
-"""Longest chain of modules that import each other while they load."""
-
-
-def imported_at_load(file: Path) -> Iterator[str]:
-    for node in parsed(file).body:
-        if isinstance(node, ast.ImportFrom):
-            yield from (f"{node.module}.{alias.name}" for alias in node.names)
-
-
-def test_chains_of_imports_are_short() -> None:
-    modules = {".".join(file.relative_to(ROOT).with_suffix("").parts): file for file in FILES}
-    uses = {
-        name: {
-            target
-            for found in imported_at_load(file)
-            for target in (found, found.rpartition(".")[0])
-            if target in modules
-        }
-        for name, file in modules.items()
-    }
-    depth: dict[str, int] = {}
-    for name in TopologicalSorter(uses).static_order():
-        depth[name] = 1 + max((depth[used] for used in uses[name]), default=0)
-    deepest = max(depth, key=depth.__getitem__)
-    assert depth[deepest] <= MAX_DEPTH, deepest
 
 
 def test_only_the_libraries_of_the_table() -> None:
