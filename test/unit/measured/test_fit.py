@@ -402,24 +402,77 @@ def test_a_sequence_is_split_where_chatter_ends_in_contact() -> None:
     assert fit.probability > 0.05
 
 
-def test_residuals_that_refute_the_model_leave_no_preset(tmp_path: Path) -> None:
-    """Γ = 0.82, ε = 0.5: short runs between contacts gave 0.31; a doubt below 5 %."""
-    run = simulate(2.0, axial_forcing=0.82, frequency=20.0, restitution=0.5, initial_height=0.003)
-    fit = fit_impacts(run.impacts["time"][run.impacts["count"] == 1][:20], frequency=20.0)
-    assert fit.probability < 0.05
-    assert fit.possible < 0.01  # the true flights end in contact
+@pytest.mark.parametrize(("height", "count", "seed"), [(0.003, 20, 0), (0.0036, 15, 2)])
+def test_short_runs_between_contacts_are_fitted(height: float, count: int, seed: int) -> None:
+    """Γ = 0.82, ε = 0.5: first values from all flights gave 0.31, and 0.33 with a preset."""
+    run = simulate(2.0, axial_forcing=0.82, frequency=20.0, restitution=0.5, initial_height=height)
+    exact = run.impacts["time"][run.impacts["count"] == 1][:count]
+    seen = np.unique(exact + 1e-5 * np.random.default_rng(seed).standard_normal(count))
+    fit = fit_impacts(seen, frequency=20.0)
+    assert fit["restitution"].low < 0.5 < fit["restitution"].high
+    assert fit["restitution"].high - fit["restitution"].low < 0.05
+    assert len(fit.contacts) > 0
+    assert fit.preset["restitution"] == fit["restitution"].value
+
+
+def test_what_refutes_the_model_leaves_no_preset(tmp_path: Path) -> None:
+    """Residuals, flights below the platform, or flights as hits of no law have them."""
+    times = vibrating(np.random.default_rng(3), 4, 20, 0.8, 0.7, skip=30)[0][0]
+    fit = fit_impacts(times + 1e-5 * np.random.default_rng(0).standard_normal(20), frequency=20.0)
     for probability, doubts in ((math.nan, 0), (0.06, 0), (0.04, 1), (0.01, 1)):
-        told = replace(
-            fit, probability=probability, untold=(), possible=1.0, other_frequency=math.nan
-        )
+        told = replace(fit, probability=probability)
         told.write_preset(tmp_path / "fit.yaml")
         text = (tmp_path / "fit.yaml").read_text()
         assert text.count("# the model is doubtful: of true ones, one in twenty") == doubts
         assert yaml.safe_load(text)
-    with pytest.raises(InputError, match=r"preset: got 'residuals.*at least 0\.01"):
-        _ = replace(told, probability=0.0099).preset
-    with pytest.raises(InputError, match=r"above the platform with the probability 0\.005"):
-        _ = replace(told, possible=0.005).preset
+    for changes, words in (
+        ({"probability": 0.0099}, r"preset: got 'residuals.*at least 0\.01"),
+        ({"possible": 0.005}, r"above the platform with the probability 0\.005"),
+        ({"chance": 0.011}, r"hits of no law have with a probability up to 0\.011"),
+    ):
+        with pytest.raises(InputError, match=words):
+            _ = replace(fit, **changes).preset  # type: ignore[arg-type]
+
+
+def test_hits_of_no_law_have_no_model() -> None:
+    """Five of nine hits at random are flights with ε = 0.53: so are others in most such files.
+
+    Of 12 recordings with a law, 5 % missed and 5 % false impacts, none is taken for that.
+    """
+    fit = fit_impacts(np.sort(np.random.default_rng(9).uniform(0, 3, 9)))
+    assert fit.chance > 0.01
+    assert fit.doubt == "the model does not hold: hits of no law have such flights too"
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        times = at_rest(rng, 12, 1e-4, 0.003)
+        kept = times[rng.random(12) > 0.05]
+        false = rng.uniform(times[0], times[-1], rng.poisson(0.6))
+        assert fit_impacts(np.sort(np.concatenate([kept, false]))).chance < 1e-4
+
+
+def test_a_wrong_restitution_from_one_chatter_is_doubtful() -> None:
+    """Nine impacts of a chatter, and one after the contact: flights below the platform tell it."""
+    run = simulate(0.3, axial_forcing=0.82, frequency=20.0, restitution=0.5, initial_height=0.0036)
+    exact = run.impacts["time"][run.impacts["count"] == 1][:10]
+    seen = exact + 1e-5 * np.random.default_rng(2).standard_normal(10)
+    fit = fit_impacts(np.unique(seen), frequency=20.0)
+    assert fit["restitution"].low < 0.5 < fit["restitution"].high or "doubtful" in fit.doubt
+
+
+@pytest.mark.parametrize("later", [0.13, 4.0])
+def test_two_balls_or_drops_are_two_sequences(later: float) -> None:
+    """One of two balls was fitted, without a word of the other; so was the longer of two drops."""
+    rng = np.random.default_rng(4)
+    one = at_rest(rng, 10, 1e-4, 0.002, 0.8)
+    other = at_rest(rng, 12, 1e-4, 0.002, 0.7, first=0.5) + later
+    fit = fit_impacts(np.sort(np.concatenate([one, other])))
+    assert fit.second is not None
+    found = sorted((fit["restitution"], fit.second["restitution"]), key=lambda each: each.value)
+    assert found[0].low < 0.7 < found[0].high
+    assert found[1].low < 0.8 < found[1].high
+    assert fit.doubt.startswith("two sequences")
+    with pytest.raises(InputError, match="two sequences"):
+        _ = fit.preset
 
 
 @pytest.mark.parametrize("part", [0.5, 2.0, 1.01, 1.001])
@@ -671,9 +724,6 @@ def test_what_three_impacts_do_not_tell_is_said() -> None:
 def test_a_model_that_cannot_be_is_refused() -> None:
     """Restitutions from 0 to 1 with the mean ε have a variance of at most ε(1 - ε)."""
     rng = np.random.default_rng(0)
-    one, other = at_rest(rng, 12, 1e-4, 0.003), at_rest(rng, 12, 1e-4, 0.003)
-    with pytest.raises(FailedError, match="two drops in one file"):
-        fit_impacts(np.concatenate([one, one[-1] + 2.0 + other]))
     true, _ = vibrating(np.random.default_rng(3), 4, 60, 0.8, 0.7, skip=30)
     seen = true[0] + 1e-5 * rng.standard_normal(60)
     with pytest.raises(FailedError, match=r"two drops in one file|above 1"):
@@ -728,13 +778,12 @@ def test_lines_before_the_names_are_left_out(tmp_path: Path) -> None:
 def test_what_cannot_be_fitted_is_one_line_and_nothing_is_written(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """An absent file, an empty folder, a text, bags without impacts or cut, two drops."""
+    """An absent file, an empty folder, a text, bags without impacts or cut, growing flights."""
     (tmp_path / "folder").mkdir()
     (tmp_path / "text.csv").write_text("hello world\nmore text\n")
     (tmp_path / "bytes.csv").write_bytes(bytes(range(128, 256)))
-    one = 0.3 + 1.8 * (1.0 - 0.75 ** np.arange(12))
-    lines = [f"{t:.5f}" for t in [*one, *(one + 5.0)]]
-    (tmp_path / "drops.csv").write_text("\n".join(lines))
+    lines = [f"{t:.5f}" for t in np.cumsum(0.1 * 1.1 ** np.arange(12))]
+    (tmp_path / "growing.csv").write_text("\n".join(lines))
     with bag.Writer(tmp_path / "still") as writer:
         RecordedRun(writer, axial_amplitude=0.0, initial_height=1.0).run(0.2)
     (tmp_path / "text.mcap").write_text("no bag")
@@ -746,7 +795,7 @@ def test_what_cannot_be_fitted_is_one_line_and_nothing_is_written(
         ("absent.csv", "No such file", 2), ("absent.mcap", "There is no file or folder", 2),
         ("folder", "It holds no .mcap file", 2), ("text.csv", "no such text", 2),
         ("text.mcap", "not an .mcap file", 2), ("bytes.csv", "UTF-8", 2), ("still", "no hits", 2),
-        ("cut", "cut", 2), ("drops.csv", "two drops in one file", 1),
+        ("cut", "cut", 2), ("growing.csv", "does the platform vibrate", 1),
     ):  # fmt: skip
         assert executable.main([str(tmp_path / name)]) == code, name
         shown = capsys.readouterr()
