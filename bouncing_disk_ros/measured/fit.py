@@ -15,15 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 from bouncing_disk_ros.errors import FailedError, InputError, one_line
 from bouncing_disk_ros.field_checks import number
 from bouncing_disk_ros.measured.bootstrap import bootstrapped
-from bouncing_disk_ros.measured.estimate import (
-    LEVEL,
-    Array,
-    Data,
-    Interval,
-    Model,
-    Profiles,
-    interval_text,
-)
 from bouncing_disk_ros.measured.goodness import evidence_of, probability_of
 from bouncing_disk_ros.measured.kernels.rest_laws import (
     AMPLITUDE,
@@ -43,6 +34,15 @@ from bouncing_disk_ros.measured.predict import (
     part_possible,
     predicted,
     rest_parameters,
+)
+from bouncing_disk_ros.measured.profiles import (
+    LEVEL,
+    Array,
+    Data,
+    Interval,
+    Model,
+    Profiles,
+    interval_text,
 )
 from bouncing_disk_ros.measured.reading import Recording, recording_of
 from bouncing_disk_ros.measured.sequence import Chain, at_rest, chain_of

@@ -18,9 +18,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.measured.estimate import Array, Node, Profiles
 from bouncing_disk_ros.measured.kernels.likelihood import whitened_residuals
 from bouncing_disk_ros.measured.kernels.rest_laws import FREQUENCY, PHASE, VOID
+from bouncing_disk_ros.measured.profiles import Array, Node, Profiles
 from bouncing_disk_ros.measured.sequence import ODD
 
 SEED = 20091

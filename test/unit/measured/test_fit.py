@@ -21,8 +21,8 @@ from bouncing_disk_ros import FailedError, InputError, bag, fit_impacts, load_pr
 from bouncing_disk_ros.core.model import ImpactKind, join_rows
 from bouncing_disk_ros.measured import fit as fitting
 from bouncing_disk_ros.measured import fit_impacts as executable
-from bouncing_disk_ros.measured.estimate import Data, Interval, Model, Profiles, interval_text
 from bouncing_disk_ros.measured.goodness import probability_of
+from bouncing_disk_ros.measured.profiles import Data, Interval, Model, Profiles, interval_text
 from bouncing_disk_ros.measured.reading import recording_of
 from bouncing_disk_ros.measured.sequence import Chain
 from bouncing_disk_ros.measured.starts import first_values
@@ -35,6 +35,17 @@ from support.recorded import RecordedRun
 from support.ros_peer import Peer
 
 OMEGA = math.tau * 20.0
+
+
+def on_plate(
+    count: int, forcing: float, restitution: float, skip: int = 30, error: float = 1e-5,
+    seed: int = 4, scatter: float = 0.0,
+) -> tuple[NDArray[np.float64], float]:  # fmt: skip
+    """Measured times of impacts at 20 Hz, and the phase φ of the platform."""
+    times, phases = vibrating(
+        np.random.default_rng(3), 4, count, forcing, restitution, scatter, skip
+    )
+    return times[0] + error * np.random.default_rng(seed).standard_normal(count), phases[0]
 
 
 def test_exact_times_give_the_closed_forms() -> None:
@@ -161,9 +172,7 @@ def test_chaos_on_a_vibrating_platform_reaches_the_bound() -> None:
 
 def test_a_settled_orbit_does_not_tell_its_parameters() -> None:
     """Period 1 gives one relation, cos τ = (1 - ε)/((1 + ε)Γ): no preset, but impacts to come."""
-    times, _ = vibrating(np.random.default_rng(3), 4, 40, 0.45, 0.5, skip=200)
-    noise = 1e-5 * np.random.default_rng(4).standard_normal(40)
-    fit = fit_impacts(times[0] + noise, frequency=20.0)
+    fit = fit_impacts(on_plate(40, 0.45, 0.5, 200)[0], frequency=20.0)
     assert "restitution" in fit.untold
     assert fit["restitution"].low < 0.5 < fit["restitution"].high
     assert fit.told.startswith("n(1 − ε)/((1 + ε)Γ) = cos τ, if n = ")
@@ -250,9 +259,7 @@ def test_numbers_that_cannot_be_used_are_refused(given: dict[str, Any], line: st
 
 def test_a_settled_orbit_of_period_2_does_not_tell_its_parameters() -> None:
     """Two equations for ε, A and φ: not told even where the orbit is taken as exact."""
-    times, _ = vibrating(np.random.default_rng(3), 4, 40, 0.52, 0.5, skip=200)
-    noise = 1e-5 * np.random.default_rng(4).standard_normal(40)
-    fit = fit_impacts(times[0] + noise, frequency=20.0, scatter=0.0)
+    fit = fit_impacts(on_plate(40, 0.52, 0.5, 200)[0], frequency=20.0, scatter=0.0)
     assert "restitution" in fit.untold
     assert fit["restitution"].low < 0.5 < fit["restitution"].high
     assert len(fit.prediction.times) > 0
@@ -289,11 +296,10 @@ def test_a_phase_reference_makes_settled_orbits_told() -> None:
     Period 2: 1.1e-4 for ε by times of 10 µs alone; ε, A and φ follow an error of φ on a line.
     """
     for forcing, count, error in ((0.45, 40, 1e-4), (0.52, 118, 1e-6)):
-        times, phases = vibrating(np.random.default_rng(3), 4, count, forcing, 0.5, skip=200)
-        seen = times[0] + 1e-5 * np.random.default_rng(4).standard_normal(count) + 0.003
+        times, phase = on_plate(count, forcing, 0.5, 200)
         amplitude = forcing * math.pi * GRAVITY / OMEGA**2
         fit = fit_impacts(
-            seen, frequency=20.0, scatter=0.0, time_error=1e-5, forcing_phase=phases[0],
+            times + 0.003, frequency=20.0, scatter=0.0, time_error=1e-5, forcing_phase=phase,
             forcing_phase_error=error, delay=0.003, delay_error=1e-8,
             axial_amplitude=amplitude if count == 40 else 0.0,
         )  # fmt: skip
@@ -351,9 +357,8 @@ def test_a_phase_reference_leaves_the_scatter_open() -> None:
 
     Without it all weight was on scatter without errors of times, and ε from 0.507 to 0.646.
     """
-    times, phases = vibrating(np.random.default_rng(3), 4, 40, 0.45, 0.5, skip=200)
-    seen = times[0] + 1e-5 * np.random.default_rng(4).standard_normal(40)
-    fit = fit_impacts(seen, frequency=20.0, forcing_phase=phases[0], forcing_phase_error=1e-3)
+    seen, phase = on_plate(40, 0.45, 0.5, 200)
+    fit = fit_impacts(seen, frequency=20.0, forcing_phase=phase, forcing_phase_error=1e-3)
     assert fit["restitution"].low < 0.5 < fit["restitution"].high
     assert fit["time_error"].high > 1e-5
 
@@ -363,9 +368,8 @@ def test_missed_and_false_impacts_are_found_by_the_law_of_flights() -> None:
     at = [3, 8, 9]
     cases = [
         (at_rest(np.random.default_rng(2), 30, 1e-4, 0.003, 0.92), 0.0, 0.92),
-        (vibrating(np.random.default_rng(3), 4, 60, 0.8, 0.7, skip=30)[0][0]
-         + 1e-5 * np.random.default_rng(4).standard_normal(60), 20.0, 0.7),
-    ]  # fmt: skip
+        (on_plate(60, 0.8, 0.7)[0], 20.0, 0.7),
+    ]
     for times, frequency, true in cases:
         false = times[[5, 20]] + 0.31 * np.diff(times)[[5, 20]]
         seen = np.sort(np.concatenate([np.delete(times, at), false]))
@@ -417,8 +421,7 @@ def test_short_runs_between_contacts_are_fitted(height: float, count: int, seed:
 
 def test_what_refutes_the_model_leaves_no_preset(tmp_path: Path) -> None:
     """Residuals, flights below the platform, or flights as hits of no law have them."""
-    times = vibrating(np.random.default_rng(3), 4, 20, 0.8, 0.7, skip=30)[0][0]
-    fit = fit_impacts(times + 1e-5 * np.random.default_rng(0).standard_normal(20), frequency=20.0)
+    fit = fit_impacts(on_plate(20, 0.8, 0.7, seed=0)[0], frequency=20.0)
     for probability, doubts in ((math.nan, 0), (0.06, 0), (0.04, 1), (0.01, 1)):
         told = replace(fit, probability=probability)
         told.write_preset(tmp_path / "fit.yaml")
@@ -609,17 +612,16 @@ def test_a_text_that_cannot_be_used_is_one_line(tmp_path: Path, text: str, messa
 
 def test_the_amplitude_is_positive() -> None:
     """A < 0 is the same motion half a turn on: a search that came there said that Γ is not told."""
-    times, phases = vibrating(np.random.default_rng(3), 4, 80, 0.8, 0.7, 0.003)
-    seen = times[0] + 5e-5 * np.random.default_rng(4).standard_normal(80)
+    seen, phase = on_plate(80, 0.8, 0.7, 0, 5e-5, scatter=0.003)
     amplitude = 0.8 * math.pi * GRAVITY / OMEGA**2
-    start = np.array([0.7, -amplitude, phases[0] + math.pi, OMEGA, 0.0, 0.0])
+    start = np.array([0.7, -amplitude, phase + math.pi, OMEGA, 0.0, 0.0])
     data = Data(seen, np.full(80, 1e-6), np.zeros(80, bool), False, 1e-6)
     profiles = Profiles(data, Model((0, 1, 2), GRAVITY, None), start)
     found = profiles.interval(1, 0.0, math.inf)
     assert 0.0 < found.low < amplitude < found.high
-    assert math.cos(profiles.estimate[2] - phases[0]) > 1.0 - 1e-4
+    assert math.cos(profiles.estimate[2] - phase) > 1.0 - 1e-4
     covariance = profiles.covariance(profiles.best)
-    other = Profiles(data, profiles.model, np.array([0.7, amplitude, phases[0], OMEGA, 0.0, 0.0]))
+    other = Profiles(data, profiles.model, np.array([0.7, amplitude, phase, OMEGA, 0.0, 0.0]))
     assert covariance == pytest.approx(other.covariance(other.best), rel=0.01)
 
 
@@ -721,23 +723,21 @@ def test_what_three_impacts_do_not_tell_is_said() -> None:
     assert given.untold == ()
 
 
-def test_a_model_that_cannot_be_is_refused() -> None:
-    """Restitutions from 0 to 1 with the mean ε have a variance of at most ε(1 - ε)."""
-    rng = np.random.default_rng(0)
-    true, _ = vibrating(np.random.default_rng(3), 4, 60, 0.8, 0.7, skip=30)
-    seen = true[0] + 1e-5 * rng.standard_normal(60)
-    with pytest.raises(FailedError, match=r"two drops in one file|above 1"):
-        fit_impacts(seen)
-    with pytest.raises(FailedError, match="are frequency and phase reference right"):
-        fit_impacts(seen[:30], frequency=15.0)
+@pytest.mark.parametrize(
+    ("count", "frequency", "message"),
+    [
+        (60, 0.0, r"two drops in one file|above 1"),
+        (30, 15.0, "are frequency and phase reference right"),
+        (30, 27.0, "below 0: are frequency and phase reference right"),
+    ],
+)
+def test_a_model_that_cannot_be_is_refused(count: int, frequency: float, message: str) -> None:
+    """Restitutions from 0 to 1 with the mean ε have a variance of at most ε(1 - ε).
 
-
-def test_tops_of_a_likelihood_that_no_ridge_joins_are_no_model() -> None:
-    """It ended with a traceback: no point of the ridge lay between them."""
-    true, _ = vibrating(np.random.default_rng(3), 4, 60, 0.8, 0.7, skip=30)
-    seen = true[0] + 1e-5 * np.random.default_rng(0).standard_normal(60)
-    with pytest.raises(FailedError, match="below 0: are frequency and phase reference right"):
-        fit_impacts(seen[:30], frequency=27.0)
+    At 27 Hz it ended with a traceback: no point of a ridge lay between tops of the likelihood.
+    """
+    with pytest.raises(FailedError, match=message):
+        fit_impacts(on_plate(60, 0.8, 0.7, seed=0)[0][:count], frequency=frequency)
 
 
 @pytest.mark.parametrize("law", [{"drag": 0.107}, {"slope": 0.03}])
