@@ -405,8 +405,7 @@ class _Known:
             seen.append(chain)
             data = self._data(recording, errors, chain)
             profiles = self._profiles(recording.name, data)
-            is_whole = len(chain.kept) == len(times) and not len(chain.missed)
-            if self.frequency == 0.0 or is_whole:
+            if self.frequency == 0.0 or chain.holds_all(len(times)):
                 break
             found = self._chain(times, [profiles.estimate])
         return _Sequence(data, profiles, chain, evidence_of(profiles, self._odd(times, chain)))
@@ -447,6 +446,8 @@ class _Known:
             return self._chain(times, [])
         found, seen = self._chain(times, self._starts(times, most=_TRIED)), list[Chain]()
         while not any(found.is_like(one) for one in seen):
+            if found.holds_all(len(times)) and not len(found.contacts):
+                break
             seen.append(found)
             data = self._data(recording, errors, found)
             starts = self._starts(data.times, data.kinds != VOID, _TRIED)

@@ -67,6 +67,10 @@ class Chain:
     parameters: Array
     evidence: float = 0.0
 
+    def holds_all(self, count: int) -> bool:
+        """Whether it holds all of so many hits, and nothing is missed."""
+        return len(self.kept) == count and not len(self.missed)
+
     def is_like(self, other: Chain) -> bool:
         """Whether it holds the same hits, with as many missed and the same contacts."""
         return (

@@ -36,8 +36,7 @@ def first_values(
     which impacts have flights on both sides.
     """
     equations = _Equations(times, frequency, gravity, told)
-    values = np.array([one for _, one in _fitted(equations, phase)])
-    errors, found = _redescended(equations, values, phase)
+    errors, found = _redescended(equations, _fitted(equations, phase)[1], phase)
     scale = max(float(np.median(errors, axis=1).min()), _ROUNDING * equations.size)
     chosen: list[Array] = []
     for one in found[np.argsort(np.log(errors + scale).mean(axis=1), kind="stable")]:
@@ -63,7 +62,7 @@ def other_frequency(
     tried += [0.5 * frequency, 2.0 * frequency]
 
     def cost(w: float) -> float:
-        return min(cost for cost, _ in _fitted(_Equations(times, w, gravity, None), phase))
+        return float(_fitted(_Equations(times, w, gravity, None), phase)[0].min())
 
     given, best = cost(frequency), min(tried, key=cost)
     for _ in range(_HALVINGS):
@@ -97,12 +96,6 @@ class _Equations:
         """Of their parts, m/s."""
         return self.gravity * float(np.mean(self._flights))
 
-    def linear(self, restitution: float) -> tuple[Array, Array]:
-        """Rows (N - 2, 2) for a and b, and what they shall be."""
-        before, after = self._flights
-        wanted = -0.5 * self.gravity * (after - restitution * before)
-        return self._up + restitution * self._down, wanted
-
     def errors(self, values: Array, towards: Array) -> tuple[Array, Array]:
         """Errors (K, N - 2) at K values (ε, a, b), and their slopes by ε and along `towards`."""
         restitution = values[:, :1]
@@ -118,15 +111,19 @@ class _Equations:
         return np.array([one[0], size, angle, self.frequency, 0.0, 0.0])
 
 
-def _fitted(equations: _Equations, phase: float | None) -> list[tuple[float, Array]]:
-    """For each restitution the mean absolute error of the equations, and (ε, a, b)."""
+def _fitted(equations: _Equations, phase: float | None) -> tuple[Array, Array]:
+    """For each of K restitutions the least mean absolute error of the equations, and (ε, a, b)."""
     towards = _towards(phase)
-    found = []
-    for restitution in _RESTITUTIONS:
-        rows, wanted = equations.linear(restitution)
-        pair, cost = _robust(rows @ towards, wanted)
-        found.append((cost, np.append(restitution, towards @ pair)))
-    return found
+    found = np.zeros((len(_RESTITUTIONS), 3))
+    found[:, 0] = _RESTITUTIONS
+    weights = np.ones((len(found), 1))
+    for _ in range(_ROUNDS):
+        rest, slopes = equations.errors(found, towards)
+        found[:, 1:] += _weighted(slopes[:, :, 1:], rest, weights) @ towards.T
+        errors = np.abs(equations.errors(found, towards)[0])
+        mean = np.maximum(errors.mean(axis=1, keepdims=True), 1e-300)
+        weights = mean / np.maximum(errors, 1e-3 * mean)
+    return mean[:, 0], found
 
 
 def _towards(phase: float | None) -> Array:
@@ -141,16 +138,22 @@ def _redescended(equations: _Equations, values: Array, phase: float | None) -> t
     for _ in range(_TURNS):
         rest, slopes = equations.errors(found, towards)
         scale = np.maximum(np.median(np.abs(rest), axis=1, keepdims=True), least)
-        weights = scale**2 / (scale**2 + rest**2)
-        matrices = np.einsum("kni,kn,knj->kij", slopes, weights, slopes)
-        sizes = np.sqrt(np.maximum(np.einsum("kii->ki", matrices), 1e-300))
-        sides = np.einsum("kni,kn->ki", slopes, -weights * rest) / sizes
-        matrices /= sizes[:, :, None] * sizes[:, None, :]
-        inverse = np.linalg.pinv(matrices, rcond=1e-12, hermitian=True)
-        steps = (inverse @ sides[:, :, None])[:, :, 0] / sizes
+        steps = _weighted(slopes, rest, scale**2 / (scale**2 + rest**2))
         found[:, 0] = np.clip(found[:, 0] + steps[:, 0], 0.0, 1.0)
         found[:, 1:] += steps[:, 1:] @ towards.T
     return np.abs(equations.errors(found, towards)[0]), found
+
+
+def _weighted(slopes: Array, rest: Array, weights: Array) -> Array:
+    """Steps (K, M) to the least weighted squares of errors (K, N) with slopes (K, N, M)."""
+    sides = slopes * weights[:, :, None]
+    matrices = np.swapaxes(slopes, 1, 2) @ sides
+    sizes = np.sqrt(np.maximum(np.einsum("kii->ki", matrices), 1e-300))
+    inverse = np.linalg.pinv(
+        matrices / (sizes[:, :, None] * sizes[:, None, :]), rcond=1e-12, hermitian=True
+    )
+    pulls = np.einsum("knm,kn->km", sides, rest) / sizes
+    return np.asarray(-(inverse @ pulls[:, :, None])[:, :, 0] / sizes)
 
 
 def _bases(times: Array, frequency: float) -> tuple[Array, Array]:
@@ -158,17 +161,3 @@ def _bases(times: Array, frequency: float) -> tuple[Array, Array]:
     angle = frequency * times
     sine, cosine = np.sin(angle), np.cos(angle)
     return np.array([sine, cosine]), frequency * np.array([cosine, -sine])
-
-
-def _robust(rows: Array, wanted: Array) -> tuple[Array, float]:
-    """Least absolute errors by weights, and their mean."""
-    weights: Array = np.ones(len(wanted))
-    pair: Array = np.zeros(rows.shape[1])
-    errors: Array = np.abs(wanted)
-    for _ in range(_ROUNDS):
-        root = np.sqrt(weights)
-        found = np.linalg.lstsq(rows * root[:, None], wanted * root, rcond=1e-9)[0]
-        pair = np.asarray(found, float)
-        errors = np.abs(rows @ pair - wanted)
-        weights = 1.0 / np.maximum(errors, 1e-3 * max(float(errors.mean()), 1e-300))
-    return pair, float(errors.mean())
