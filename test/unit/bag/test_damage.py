@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 import resource
 import shutil
 from pathlib import Path
@@ -154,10 +155,10 @@ def test_an_index_that_counts_other_records_than_it_names_is_not_taken(
     short = content(messages=messages_of_a_run()[:12], per_chunk=5)
     with bag.open(put(tmp_path / "whole", forged({}, short))) as run:
         expected = list(run.messages())
-        assert "its index is damaged" not in "".join(run.remarks)
+        assert "index" not in "".join(run.remarks)
     more = forged({f"statistics.{count}_count": lambda true: true + 1}, short)
     with bag.open(put(tmp_path / "more", more)) as run:
-        assert "its index is damaged" in "".join(run.remarks)
+        assert "it has no complete index" in "".join(run.remarks)
         assert list(run.messages()) == expected
 
 
@@ -179,7 +180,8 @@ def test_recovery_says_what_was_lost(tmp_path: Path, whole: bytes) -> None:
     assert report.lost > 0
     (folder / "run_0.mcap").write_bytes(bytes(damaged[:-8]))
     with bag.open(folder) as run:
-        assert f": the checksum is wrong: {report.lost} messages" in " ".join(run.remarks)
+        (told,) = [line for line in run.remarks if ": the checksum is wrong: lost " in line]
+    assert sum(int(count) for count in re.findall(r"(\d+) of /", told)) == report.lost
     assert any("run_0.mcap: bytes" in line for line in report.lines)
     assert f"{report.lost} lost" in report.summary
     with bag.open(report.output) as run:
