@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from bouncing_disk_ros import environment
+from bouncing_disk_ros.command_line import environment
 from bouncing_disk_ros.errors import InputError
 from support.places import installed
 
@@ -82,7 +82,7 @@ def test_prepare_ends_with_one_line_and_code_2(
 ) -> None:
     clean.setenv("ROS_DOMAIN_ID", "abc")
     with pytest.raises(SystemExit) as caught:
-        environment.prepare()
+        environment.prepare(uses_ros=True)
     assert caught.value.code == 2
     captured = capsys.readouterr()
     assert captured.out == ""
