@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from bouncing_disk_ros import environment
+from bouncing_disk_ros.command_line import environment
 from bouncing_disk_ros.errors import InputError
 from support.places import installed
 
