@@ -15,6 +15,7 @@ from typing import NamedTuple
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import entry, kernel, rare_kernel, sincos
+from bouncing_disk_ros.core.brake import sign_of
 from bouncing_disk_ros.core.chatter import (
     BOUNCES,
     COMPLETES,
@@ -23,9 +24,9 @@ from bouncing_disk_ros.core.chatter import (
     chatter_verdict,
 )
 from bouncing_disk_ros.core.contact import load, slide
+from bouncing_disk_ros.core.contact_table import what_holds
 from bouncing_disk_ros.core.flight import Launch, gap_after, separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after
-from bouncing_disk_ros.core.friction import sign_of, what_holds
 from bouncing_disk_ros.core.impact_law import axial_push, rebound, speed_after
 from bouncing_disk_ros.core.layout import SEPARATION, SLIP, SLIP_ENDS, Slide
 from bouncing_disk_ros.core.next_event import after_sliding, after_sticking
