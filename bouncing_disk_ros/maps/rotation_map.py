@@ -144,7 +144,8 @@ def next_collision(motion: Record, disk: Record, tau: float, w: float, omega: fl
             motion, disk, disk.lag, 0.0, sine, cosine, jet, u, omega
         )
         if end == BOUNCES:
-            d, w1 = landing(motion, sine, cosine, jet, disk.g, u, 0.0)
+            launch = Launch(0.0, sine, cosine, disk.g, 0.0, u)
+            d, w1 = landing(motion, launch, jet, 0.0, math.inf)
             return MAP_IMPACT, phase_after(tau, d)[1], w1, omega, d, omega * d
         tau = phase_after(tau, waited)[1]
         if end == COMPLETES:
