@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind
-from bouncing_disk_ros.maps.mean_speed import settled_speed
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.parameter_plane import (
     KEPT,
@@ -21,6 +20,7 @@ from bouncing_disk_ros.maps.parameter_plane import (
     start_states,
 )
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
+from bouncing_disk_ros.maps.settled_speed import settled_speed
 
 Floats = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from bouncing_disk_ros import simulate
 from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.maps.period_one import period_one
-from bouncing_disk_ros.report.rotor_speed import TransientKind, transient_of
 from bouncing_disk_ros.report.time_curves import Curve, fit, interval
+from bouncing_disk_ros.report.transient import TransientKind, transient_of
 from bouncing_disk_ros.run.session import motion_of
 from support.coverage import covers, in_soak
 
