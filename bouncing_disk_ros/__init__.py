@@ -15,10 +15,10 @@ Importing the package is cheap: what is named below is loaded when first used.
 
 from __future__ import annotations
 
-import bouncing_disk_ros.safe_path  # before anything else is looked for
+import bouncing_disk_ros.command_line.safe_path  # before anything else is looked for
 
 # isort: split
-import bouncing_disk_ros.early_signals  # noqa: F401 (before what takes time)
+import bouncing_disk_ros.command_line.stop  # noqa: F401 (before what takes time)
 
 # isort: split
 import functools
@@ -72,7 +72,7 @@ __dir__ = _names.listed
 def __getattr__(name: str) -> object:
     """Load a public name when it is first used (PEP 562): kernels may have to be compiled first."""
     if name in NEED_ROS:
-        from bouncing_disk_ros.environment import ros_is_here
+        from bouncing_disk_ros.command_line.environment import ros_is_here
 
         if not ros_is_here():
             raise ImportError(f"{name} needs ROS 2, which is not installed here")

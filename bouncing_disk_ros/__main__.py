@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from bouncing_disk_ros.environment import accept_any_text, outlive_reader
+from bouncing_disk_ros.command_line.environment import prepare_stdout
 from bouncing_disk_ros.errors import ExitCode, InputError, closest
 from bouncing_disk_ros.executables import EXECUTABLES, entry_point, loaded
 
@@ -32,8 +32,7 @@ def run(name: str, arguments: Sequence[str]) -> int | None:
 
 def main() -> int | None:
     """Run what the command line names; list the executables if it names none."""
-    accept_any_text()
-    outlive_reader()
+    prepare_stdout()
     arguments = sys.argv[1:]
     if not arguments or arguments[0] in ("-h", "--help"):
         print(overview())

@@ -5,7 +5,6 @@ An `InputError` is one clear line: what was given, what is allowed, what to do.
 
 from __future__ import annotations
 
-import difflib
 import reprlib
 from array import array
 from collections.abc import Callable, Iterable
@@ -140,6 +139,8 @@ def closest(name: str, names: Iterable[str]) -> str:
 
     The parameter of a letter of the paper, else names that begin with the text, else the nearest.
     """
+    import difflib  # here: nothing takes time before signals are taken over
+
     given, known = name[:100], list(names)
     match = [one for one in known if one == SYMBOLS.get(given, SYMBOLS.get(given.lower()))]
     match = match or [one for one in known if len(given) > 2 and one.startswith(given)]

@@ -50,7 +50,7 @@ SEARCHED = _limit("bytes of damaged chunks tried in a file, besides twice its si
 DEFINITION = _limit("the definition of a message type, with its dependencies", 256, "KiB")
 FIELDS = _limit("lines in a definition, comments not counted", 2048)
 DEPTH = _limit("levels of types within types", 16)
-ARRAY = _limit("strings or messages in an array of fixed length, and in all within a message", 500)
+ARRAY = _limit("strings or messages in the arrays of fixed length of a definition", 500)
 OBJECTS = _limit("strings and messages in the sequences of one message", 1_000_000)
 CLOUD_FIELDS = _limit("fields of a point cloud", 256)
 # --- texts ----------------------------------------------------------------------------------------

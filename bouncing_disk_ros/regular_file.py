@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import stat
 from collections.abc import Callable
@@ -35,31 +36,35 @@ def is_regular(path: Path) -> bool:
         return False
 
 
-def open_regular(field: str, path: Path) -> tuple[int, int]:
-    """Descriptor and size of a regular file; InputError, naming `field`, where it is none."""
-    allowed = "a regular file that can be read"
-    number = -1
-    try:
-        if found := irregular(path):  # before it is opened: to open a device may have effects
+class RegularFile(io.BufferedReader):
+    """A regular file (or a link to one), open to be read; `size` was taken when it was opened.
+
+    InputError, naming `field`, where it is none or cannot be read.
+    """
+
+    def __init__(self, field: str, path: Path) -> None:
+        allowed = "a regular file that can be read"
+        try:
+            found = irregular(path)  # before it is opened: to open a device may have effects
+            if not found:
+                flags = os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOCTTY
+                super().__init__(io.FileIO(os.open(path, flags), "rb"))
+        except (OSError, ValueError) as error:
+            raise InputError(field, str(path), allowed, _reason(error)) from None
+        if found:
             raise InputError(field, str(path), allowed, f"It is {found}.")
-        number = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOCTTY)
-        status = os.fstat(number)
-    except InputError:
-        raise
-    except (OSError, ValueError) as error:
-        raise InputError(field, str(path), allowed, _reason(error)) from None
-    if not stat.S_ISREG(status.st_mode):  # exchanged in between
-        os.close(number)
-        raise InputError(field, str(path), allowed)
-    return number, status.st_size
+        status = os.fstat(self.fileno())
+        if not stat.S_ISREG(status.st_mode):  # exchanged in between
+            self.close()
+            raise InputError(field, str(path), allowed)
+        self.path, self.size = path, status.st_size
 
 
 def read_bytes(field: str, path: Path, most: int) -> bytes:
     """The content of a small file; InputError: no regular file, or more than `most` bytes."""
-    number, size = open_regular(field, path)
-    with open(number, "rb") as file:  # noqa: PTH123 (a descriptor, which it closes)
-        if size > most:
-            raise InputError(field, f"{path} of {size} bytes", f"at most {most} bytes")
+    with RegularFile(field, path) as file:
+        if file.size > most:
+            raise InputError(field, f"{path} of {file.size} bytes", f"at most {most} bytes")
         try:
             return file.read(most + 1)
         except OSError as error:

@@ -54,12 +54,12 @@ class SteppedSimulator:
         from rclpy.parameter import Parameter
         from rclpy.signals import SignalHandlerOptions
 
-        from bouncing_disk_ros import environment
+        from bouncing_disk_ros.command_line import environment
         from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
         from bouncing_disk_ros.ros.deliveries import Deliveries
 
         values = {name: plain(value) for name, value in values.items()}
-        environment.prepare()
+        environment.prepare(uses_ros=True)
         self.context: Context = rclpy.Context()
         rclpy.init(context=self.context, args=[], signal_handler_options=SignalHandlerOptions.NO)
         overrides = [
@@ -272,7 +272,7 @@ class SteppedSimulator:
 @pytest.fixture
 def stepped_simulator() -> Iterator[Callable[..., SteppedSimulator]]:
     """Make stepped simulators: parameters by name; they are closed when the test ends."""
-    from bouncing_disk_ros.environment import ros_is_here
+    from bouncing_disk_ros.command_line.environment import ros_is_here
 
     if not ros_is_here():
         pytest.fail("stepped_simulator needs ROS 2, which is not installed here", pytrace=False)

@@ -18,7 +18,8 @@ import hypothesis
 import pytest
 
 import bouncing_disk_ros
-from bouncing_disk_ros import environment, folders
+from bouncing_disk_ros import folders
+from bouncing_disk_ros.command_line import environment
 from support.processes import Starter
 
 if TYPE_CHECKING:

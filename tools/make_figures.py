@@ -9,13 +9,13 @@ a second run only draws, and an interrupted one goes on.
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import yaml
 
+from bouncing_disk_ros.command_line.stop import Answer, Stop
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import run
@@ -30,17 +30,6 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).resolve().parents[1]
 DPI = 110
-
-
-class Stopped:
-    """Whether Ctrl-C was pressed."""
-
-    def __init__(self) -> None:
-        self.asked = False
-        signal.signal(signal.SIGINT, self._ask)
-
-    def _ask(self, *_: object) -> None:
-        self.asked = True
 
 
 def tool_and_values(name: str) -> tuple[StudyDefinition, dict[str, Value]]:
@@ -58,7 +47,7 @@ def tool_and_values(name: str) -> tuple[StudyDefinition, dict[str, Value]]:
     return definition, values
 
 
-def compute(figure: PaperFigure, stop: Stopped) -> xr.Dataset | None:
+def compute(figure: PaperFigure, stop: Stop) -> xr.Dataset | None:
     """The result of one figure, its pictures written to docs/figures; None: interrupted."""
     definition, values = tool_and_values(figure.name)
     study = definition.make(values)
@@ -84,7 +73,8 @@ def main() -> int:
         geometry_figure().savefig(ROOT / "docs" / "figures" / "geometry.png", dpi=DPI)
         print("docs/figures/geometry.png", flush=True)
     chosen = [name for name in given if name != "geometry"] if given else names
-    stop = Stopped()
+    stop = Stop().install()
+    stop.answer = Answer.NOTE
     results = {}
     try:
         for name in chosen:

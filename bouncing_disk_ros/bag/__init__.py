@@ -5,12 +5,11 @@ A bag is a rosbag2 folder of .mcap files; see docs/recording.md.
 
 from pathlib import Path
 
-from bouncing_disk_ros.bag.mcap_file import Options
 from bouncing_disk_ros.bag.metadata import FORMAT_VERSION, OfferedQos
 from bouncing_disk_ros.bag.reader import Bag, Message, Topic
 from bouncing_disk_ros.bag.records import Watch, nothing
 from bouncing_disk_ros.bag.recover import Report, recover
-from bouncing_disk_ros.bag.writer import WriteError, Writer
+from bouncing_disk_ros.bag.writer import Options, WriteError, Writer
 from bouncing_disk_ros.errors import BagError
 
 __all__ = [

@@ -1,12 +1,11 @@
-"""Chunks, and the messages and definitions in them: checked, decompressed, taken by numpy.
+"""Chunks decompressed within limits, and the messages and definitions in them, taken by numpy.
 
-The mcap library is not asked: it makes an object of each message, and trusts what lz4 data say of
-their own size.
+The mcap library reads the head of a chunk. It does not read the messages: it makes an object of
+each, and trusts what lz4 data say of their own size.
 """
 
 from __future__ import annotations
 
-import functools
 import zlib
 from array import array
 from collections import Counter
@@ -18,20 +17,13 @@ import lz4.frame
 import numpy as np
 import zstandard
 from mcap.opcode import Opcode
-from mcap.records import Channel, Schema
+from mcap.records import Channel, Chunk, Schema
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import limits
-from bouncing_disk_ros.bag.records import (
-    HEAD,
-    INDEX_HEAD,
-    PART,
-    ChunkHead,
-    chunk,
-    definition,
-    places,
-)  # fmt: skip
+from bouncing_disk_ros.bag.records import HEAD, INDEX_HEAD, MESSAGE, PART, read, stretch
 from bouncing_disk_ros.errors import BagError
+from bouncing_disk_ros.regular_file import RegularFile
 
 _MESSAGE_HEAD = np.dtype(
     [("channel", "<u2"), ("sequence", "<u4"), ("log_time", "<u8"), ("publish_time", "<u8")]
@@ -54,36 +46,55 @@ class Stored(NamedTuple):
 
 
 # --- decompressing --------------------------------------------------------------------------------
-def unpacked(content: memoryview) -> tuple[ChunkHead, bytes]:
-    """Head and records of a chunk, from the content of its record; BagError when damaged.
+LEAST_CHUNK = HEAD.size + 8 + 8 + 8 + 4 + 4 + 8
+"""Bytes of a chunk record without compression and without records."""
+MOST_CHUNK = LEAST_CHUNK + limits.CHUNK + (limits.CHUNK >> 4)
+"""A record that is longer is not read."""
 
-    Never makes more bytes than the head says, and that within the limit.
-    """
-    head = chunk(content, len(content))
+
+def chunk_at(file: RegularFile, offset: int, length: int) -> Chunk:
+    """The chunk record of a file at `offset`; BagError when damaged, or too large to be read."""
+    if not LEAST_CHUNK <= length <= MOST_CHUNK:
+        raise BagError(f"a chunk of {length} bytes: at most {MOST_CHUNK} can be read")
+    chunk = read(Chunk, stretch(file, offset + HEAD.size, length - HEAD.size))
+    if length != chunk_length(chunk):
+        raise BagError("its lengths contradict each other")
+    if (size := chunk.uncompressed_size) > limits.CHUNK:
+        most = limits.CHUNK // limits.MIB
+        raise BagError(f"a chunk of {size} bytes: at most {most} MiB can be read")
+    return chunk
+
+
+def unpacked(chunk: Chunk) -> bytes:
+    """The records of a chunk; BagError when damaged. Never makes more bytes than the chunk says."""
     try:
-        data = _decompressed(head, content[head.records_at :])
+        data = _decompressed(chunk)
     except (zstandard.ZstdError, RuntimeError, EOFError, ValueError) as error:
         raise BagError(f"damaged: {error}") from None
-    if len(data) != head.size or (head.crc and zlib.crc32(data) != head.crc):
+    crc = chunk.uncompressed_crc
+    if len(data) != chunk.uncompressed_size or (crc and zlib.crc32(data) != crc):
         raise BagError("damaged: the checksum is wrong")
-    return head, data
+    return data
 
 
-def _decompressed(head: ChunkHead, stored: memoryview) -> bytes:
-    match head.compression:
+def chunk_length(chunk: Chunk) -> int:
+    """Bytes of the record of a chunk."""
+    return LEAST_CHUNK + len(chunk.compression.encode()) + len(chunk.data)
+
+
+def _decompressed(chunk: Chunk) -> bytes:
+    match chunk.compression:
         case "":
-            if len(stored) != head.size:
-                raise BagError("its lengths contradict each other")
-            return bytes(stored)
+            return chunk.data
         case "zstd":
-            return _zstd(stored, head.size)
+            return _zstd(chunk.data, chunk.uncompressed_size)
         case "lz4":
-            return _lz4(stored, head.size)
+            return _lz4(chunk.data, chunk.uncompressed_size)
         case name:
             raise BagError(f"unknown compression {name!r} (known: none, lz4, zstd)")
 
 
-def _zstd(stored: memoryview, size: int) -> bytes:
+def _zstd(stored: bytes, size: int) -> bytes:
     """The first `size` bytes of the frames; other bytes may follow them (MCAP writers add some)."""
     stated = zstandard.frame_content_size(stored)
     if stated > size:
@@ -102,7 +113,7 @@ def _zstd(stored: memoryview, size: int) -> bytes:
     return b"".join(parts)
 
 
-def _lz4(stored: memoryview, size: int) -> bytes:
+def _lz4(stored: bytes, size: int) -> bytes:
     tool = lz4.frame.LZ4FrameDecompressor()
     parts = [tool.decompress(stored, max_length=min(size, PART) + 1)]
     made = len(parts[0])
@@ -129,18 +140,24 @@ class Inner:
         self.data = data
         self._definitions: list[tuple[int, int, int]] = []
         begins, lengths = array("I"), array("I")
-        others = 0
-        for row in places(data):
-            opcode, position, whole = row
+        position, end = 0, len(data)
+        while position + HEAD.size <= end:
+            opcode, length = HEAD.unpack_from(data, position)
+            whole = HEAD.size + length
+            if position + whole > end:
+                break
             if opcode == Opcode.MESSAGE:
                 begins.append(position)
                 lengths.append(whole)
             elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-                self._definitions.append(row)
+                self._definitions.append((opcode, position, whole))
                 if len(self._definitions) > limits.DEFINED:
                     raise BagError(f"damaged: more than {limits.DEFINED} definitions")
-            elif opcode < 0x80 or (others := others + 1) > limits.RECORDS:
+            elif opcode < 0x80:
                 raise BagError(f"damaged: a record of kind {opcode} is not allowed in a chunk")
+            position += whole
+        if position != end:
+            raise BagError("damaged: a record goes beyond the end")
         self.places = np.frombuffer(begins, np.uint32)
         self._lengths = np.frombuffer(lengths, np.uint32)
         self._heads = self._read_heads()
@@ -149,10 +166,9 @@ class Inner:
             raise BagError("damaged: a message of a time beyond the year 2262")
 
     def _read_heads(self) -> NDArray[np.void]:
-        least = HEAD.size + _MESSAGE_HEAD.itemsize
-        if len(self._lengths) and self._lengths.min() < least:
+        if len(self._lengths) and self._lengths.min() < MESSAGE.size:
             raise BagError("damaged: a message is too short for its fields")
-        raw, within = np.frombuffer(self.data, np.uint8), np.arange(HEAD.size, least)
+        raw, within = np.frombuffer(self.data, np.uint8), np.arange(HEAD.size, MESSAGE.size)
         heads = np.empty(len(self.places), _MESSAGE_HEAD)
         for first in range(0, len(heads), _BATCH):
             part = self.places[first : first + _BATCH, None].astype(np.intp)
@@ -194,28 +210,19 @@ class Inner:
             return found[np.argsort(times, kind="stable")]
         return found
 
-    @functools.cached_property
-    def indices(self) -> dict[int, bytes]:
-        """The entries of the message index of each channel: time and place of each message."""
+    def indices(self) -> Iterator[tuple[int, bytes]]:
+        """Each channel with the message index record of it: time and place of each message."""
         order = np.argsort(self.channels, kind="stable")
         rows = np.empty(len(order), [("time", "<u8"), ("place", "<u8")])
         rows["time"], rows["place"] = self.times[order], self.places[order]
         numbers, firsts = np.unique(self.channels[order], return_index=True)
-        parts = np.split(rows, firsts[1:])
-        return {n: part.tobytes() for n, part in zip(numbers.tolist(), parts, strict=False)}
-
-    def index_records(self) -> bytes:
-        """The message indices of all channels, as they stand behind a chunk."""
-        return b"".join(
-            HEAD.pack(Opcode.MESSAGE_INDEX, INDEX_HEAD.size + len(entries))
-            + INDEX_HEAD.pack(number, len(entries))
-            + entries
-            for number, entries in self.indices.items()
-        )
+        for number, part in zip(numbers.tolist(), np.split(rows, firsts[1:]), strict=False):
+            head = HEAD.pack(Opcode.MESSAGE_INDEX, INDEX_HEAD.size + part.nbytes)
+            yield number, head + INDEX_HEAD.pack(number, part.nbytes) + part.tobytes()
 
     def messages(self, chosen: NDArray[np.intp]) -> Iterator[Stored]:
         """Those messages, in that order."""
-        data, skip = self.data, HEAD.size + _MESSAGE_HEAD.itemsize
+        data, skip = self.data, MESSAGE.size
         for first in range(0, len(chosen), _BATCH):
             part = chosen[first : first + _BATCH]
             begins = self.places[part].astype(np.intp)
@@ -229,4 +236,5 @@ class Inner:
     def definitions(self) -> Iterator[Schema | Channel]:
         """The message types and channels among the records; BagError when damaged."""
         for opcode, position, whole in self._definitions:
-            yield definition(opcode, self.data[position + HEAD.size : position + whole])
+            content = self.data[position + HEAD.size : position + whole]
+            yield read(Schema, content) if opcode == Opcode.SCHEMA else read(Channel, content)

@@ -1,8 +1,8 @@
 """Messages of a bag as objects: `rosbags` decodes them by the definitions in the bag.
 
 `rosbags` makes code of a definition. Its grammar takes care of names; its sizes it trusts, so they
-are checked before: numbers of fields, lengths of arrays, types within types (none within itself),
-and for each message how many objects it would become.
+are checked before: numbers of fields, lengths of arrays, types within types (none within itself).
+Of a message of more than a megabyte the strings and messages in it are counted before.
 """
 
 from __future__ import annotations
@@ -35,15 +35,6 @@ class Form(NamedTuple):
     fault: str = ""
 
 
-class Measure(NamedTuple):
-    """What a value of a type takes at least, and what it becomes."""
-
-    bytes: int
-    objects: int
-    listed: int  # strings and messages in arrays of fixed length
-    density: float  # most objects for a byte of a sequence in it
-
-
 class MessageType:
     """The type `kind` and those in it. Raises BagError for a definition that cannot be used."""
 
@@ -53,7 +44,8 @@ class MessageType:
         except ImportError:
             raise BagError("decoding messages needs rosbags: pip install rosbags") from None
         self.kind = kind
-        self._measures: dict[str, Measure] = {}
+        self._objects: dict[str, int] = {}  # of each type that was checked
+        self._listed = 0  # strings and messages in arrays of fixed length: each is a line of code
         try:
             lines = _lines(text)
             try:
@@ -65,55 +57,38 @@ class MessageType:
                 name: (constants, [(one, _unsigned(form)) for one, form in members])
                 for name, (constants, members) in read.items()
             }
-            self._density = self._measure(kind, 0).density
+            self._check(kind, 0)
         except BagError as error:
             raise BagError(f"definition of {kind}: {error}") from None
 
-    # --- sizes ------------------------------------------------------------------------------------
-    def _measure(self, name: str, depth: int) -> Measure:
-        if name in self._measures:
-            return self._measures[name]
+    def _check(self, name: str, depth: int) -> int:
+        """Objects that a value of a type becomes, but for sequences in it; BagError: too many."""
+        if name in self._objects:
+            return self._objects[name]
         if name not in self.types:
             raise BagError(f"the type {name} is not defined in it")
         if depth > limits.DEPTH:
             raise BagError(f"more than {limits.DEPTH} levels, or a type within itself")
-        size, objects, listed, density = 0, 1, 0, 0.0
-        for _, description in self.types[name][1]:
-            part = self._measure_member(description, depth)
-            size, objects, listed = size + part.bytes, objects + part.objects, listed + part.listed
-            density = max(density, part.density)
-            if listed > limits.ARRAY or objects > limits.OBJECTS:
-                raise BagError(f"more than {limits.ARRAY} strings or messages in arrays")
-        self._measures[name] = found = Measure(max(size, 1), objects, listed, density)
-        return found
+        objects = 1
+        for _, (kind, content) in self.types[name][1]:
+            one, count = content if kind in (_ARRAY, _SEQUENCE) else ((kind, content), 1)
+            if one[0] == _BASE and one[1][0] not in (*_SIZES, "string"):
+                raise BagError(f"the type {one[1][0]} is not supported")
+            each = self._check(one[1], depth + 1) if one[0] == _NESTED else 1
+            if kind == _ARRAY and not 1 <= count < 1 << 31:
+                raise BagError(f"an array of length {count}")
+            if kind == _ARRAY and not _is_number(one):
+                self._listed += count
+                each *= count
+            objects += each
+            if self._listed > limits.ARRAY or objects > limits.OBJECTS:
+                raise BagError("it would become too many strings and messages")
+        self._objects[name] = objects
+        return objects
 
-    def _measure_member(self, description: Any, depth: int) -> Measure:
-        kind, content = description
-        if kind == _BASE:
-            if content[0] == "string":
-                return Measure(5, 1, 0, 0.0)
-            if content[0] not in _SIZES:
-                raise BagError(f"the type {content[0]} is not supported")
-            return Measure(_SIZES[content[0]], 1, 0, 0.0)
-        if kind == _NESTED:
-            return self._measure(content, depth + 1)
-        one, count = self._measure_member(content[0], depth), content[1]
-        numbers = _is_number(content[0])
-        if kind == _SEQUENCE:
-            density = 0.0 if numbers else max(one.density, one.objects / one.bytes)
-            return Measure(4, 1, 0, max(one.density, density))
-        if not 1 <= count <= (1 << 31 if numbers else limits.ARRAY):
-            raise BagError(f"an array of length {count}: 1 to {limits.ARRAY}")
-        if numbers:
-            return Measure(count * one.bytes, 1, 0, 0.0)
-        return Measure(
-            count * one.bytes, count * one.objects, count * (1 + one.listed), one.density
-        )
-
-    # --- messages ---------------------------------------------------------------------------------
     def check(self, data: bytes) -> None:
         """BagError when a message would become too many objects."""
-        if len(data) * self._density <= limits.OBJECTS:
+        if len(data) <= limits.OBJECTS:  # each takes a byte at least
             return
         try:
             _Count(self.types, data).take(self.kind, 0)
@@ -168,7 +143,9 @@ class _Count:
         self._count = 0
 
     def take(self, name: str, position: int) -> int:
-        """Pass over a value of a type; where it ends."""
+        """Pass over a value of a type; where it ends. struct.error: beyond the message."""
+        if position > len(self._data):
+            raise struct.error
         for _, description in self._types[name][1]:
             position = self._member(description, position)
         return position if self._types[name][1] else position + 1

@@ -1,28 +1,26 @@
 """Rebuild index and metadata.yaml of a cut or damaged bag in a new folder; the bag stays as it is.
 
 Whole chunks are copied, whatever they hold; nothing is decoded or compressed anew. Only the times
-at the head of a chunk, which have no checksum, are put right by its messages (see `walk`).
+at the head of a chunk, which have no checksum, are put right by its messages.
 """
 
 from __future__ import annotations
 
 import shutil
-import zlib
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
-from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
-from mcap.records import Channel, Chunk, Header, Schema
+from mcap.records import AttachmentIndex, Channel, Chunk, Schema
 from mcap.records import Metadata as MetadataRecord
 
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import metadata
 from bouncing_disk_ros.bag.chunk_reader import Inner
-from bouncing_disk_ros.bag.index import Index, index_of
-from bouncing_disk_ros.bag.mcap_file import RecordStream
+from bouncing_disk_ros.bag.index import Index
 from bouncing_disk_ros.bag.metadata import (
     FORMAT_KEY,
     NOTE,
@@ -35,17 +33,12 @@ from bouncing_disk_ros.bag.metadata import (
     qos_from_text,
     signed,
 )
-from bouncing_disk_ros.bag.records import (
-    MAGIC,
-    AttachmentHead,
-    RegularFile,
-    Watch,
-    nothing,
-    without_repeats,
-)  # fmt: skip
-from bouncing_disk_ros.bag.walk import BLOCK, Damage, Piece, Walk, record_name
+from bouncing_disk_ros.bag.records import Watch, nothing, without_repeats
+from bouncing_disk_ros.bag.source import index_of
+from bouncing_disk_ros.bag.walk import Damage, Piece, Walk, record_name
+from bouncing_disk_ros.bag.writer import McapFile
 from bouncing_disk_ros.errors import BagError, InputError
-from bouncing_disk_ros.units import NS
+from bouncing_disk_ros.regular_file import RegularFile
 
 MOST_LINES = 200
 """Damages that are listed one by one."""
@@ -83,20 +76,6 @@ class Report:
         if (unnamed := len(self.lost_records) - 10) > 0:
             records += f" and {unnamed} more"
         return f"{self.output}: {self.saved} messages saved, {lost}{records}"
-
-
-def loss_text(name: str, damage: Damage, topics: Mapping[int, str]) -> str:
-    """What was lost in a file by one damage, in words; `topics` by channel."""
-    where = f"{name}: bytes {damage.offset} to {damage.offset + damage.length}"
-    if not damage.length:
-        return f"{name}: {damage.reason}"
-    span = ""
-    if damage.span_ns is not None:
-        first, last = (time / NS for time in damage.span_ns)
-        span = f", received between {first:.3f} and {last:.3f} s"
-    counted = ", ".join(f"{n} of {topics.get(c, c)}" for c, n in damage.counts.items())
-    nothing_known = "what was there" if damage.holds_messages else damage.record or "no messages"
-    return f"{where}: {damage.reason}: lost {counted or nothing_known}{span}"
 
 
 # --- the recovery ---------------------------------------------------------------------------------
@@ -179,21 +158,16 @@ class _File:
         self.notes: dict[str, str] = {}
         self._is_first = is_first
         self._report, self._name = report, path.name
-        self._stream = RecordStream(target)
-        self.index = self._stream.index
         self._known: Index | None = None  # the index that the file has
-        self._plain = bytearray()
         self._lost: list[Damage] = []
         self._left: dict[int, str] = {}  # attachments and notes that have not come yet
-        self._stream.write(MAGIC)
-        builder = RecordBuilder()
-        Header("ros2", "bouncing_disk_ros bag_recover").write(builder)
-        self._stream.write(builder.end())
+        self._new = McapFile(target, "bouncing_disk_ros bag_recover")
+        self._index = self._new.index
         try:
-            with RegularFile(path) as file:
+            with RegularFile("bag", path) as file:
                 self._copy(file, watch)
         except BaseException:
-            self._stream.file.close()
+            self._new.close()
             raise
         self._report_file()
 
@@ -202,83 +176,64 @@ class _File:
         known = index_of(file)
         if isinstance(known, Index):  # its definitions have a checksum
             self._known = known
-            self.index.schemas, self.index.channels = dict(known.schemas), dict(known.channels)
-            self._left = known.names
+            self._index.schemas, self._index.channels = dict(known.schemas), dict(known.channels)
+            for opcode, rows in (
+                (Opcode.ATTACHMENT, known.attachments),
+                (Opcode.METADATA, known.metadata),
+            ):
+                self._left |= {row.offset: record_name(opcode, row.name) for row in rows}
         for piece in Walk(file, watch).pieces():
             if isinstance(piece, Damage):
                 self._lost.append(piece)
-            else:
+                continue
+            self._left.pop(piece.offset, None)
+            if piece.inner is None:
                 self._take(file, piece)
-        self._end_plain()
+            else:
+                self._take_messages(piece, piece.inner)
 
-    def _take(self, opened: RegularFile, piece: Piece) -> None:
-        self._left.pop(piece.offset, None)
+    def _take(self, file: RegularFile, piece: Piece) -> None:
         match piece.content:
-            case None if piece.opcode == Opcode.CHUNK:
-                self._end_plain()
-                self._copy_chunk(piece)
-            case None:
-                if len(self._plain) + piece.length > BLOCK:
-                    self._end_plain()
-                self._plain += piece.record
             case Schema() | Channel() as row if self._known is None:
-                self.index.define(row)
-                self._stream.write(piece.record)
-            case AttachmentHead() as head:
-                self._stream.copy_attachment(opened, head, piece.offset, piece.length)
+                self._new.define(row)
+            case AttachmentIndex() as row:
+                self._new.copy_attachment(file, row)
             case MetadataRecord(name=name, metadata=texts) if name == NOTE:
-                self._take_notes(piece, texts)
-            case MetadataRecord(name=name) if name != "rosbag2":
-                self._stream.write(piece.record)
+                try:
+                    self.notes.update(checked(texts))
+                except BagError as error:
+                    note = record_name(Opcode.METADATA, name)
+                    self._lose(piece, str(error), holds_messages=False, record=note)
+            case MetadataRecord(name=name, metadata=texts) if name != "rosbag2":
+                self._new.note(name, texts)
 
-    def _take_notes(self, piece: Piece, texts: Mapping[str, str]) -> None:
-        try:
-            self.notes.update(checked(texts))
-        except BagError as error:
-            name = record_name(Opcode.METADATA, NOTE)
-            damage = Damage(piece.offset, piece.length, str(error), holds_messages=False)
-            self._lost.append(replace(damage, record=name))
-
-    def _copy_chunk(self, piece: Piece) -> None:
+    def _take_messages(self, piece: Piece, inner: Inner) -> None:
         """Copy a chunk, and write the index of its messages anew."""
-        inner = piece.inner
-        assert inner is not None
         try:
-            self.index.define_all(inner)
-            unknown = {c: n for c, n in inner.counts.items() if c not in self.index.channels}
-            reason = "the definition of its topics is lost" if unknown else ""
+            self._index.define_all(inner)
         except BagError as error:
-            unknown, reason = dict(inner.counts), str(error)
-        if reason:
-            self._lost.append(Damage(piece.offset, piece.length, reason, Counter(unknown)))
+            self._lose(piece, str(error), counts=inner.counts)
             return
-        if len(inner.times):  # else it holds definitions only, which the new index has
-            self._stream.write(piece.record)
-            self._stream.write(inner.index_records())
+        unknown = {c: n for c, n in inner.counts.items() if c not in self._index.channels}
+        if unknown:
+            reason = "the definition of its topics is lost"
+            self._lose(piece, reason, counts=Counter(unknown))
+        elif isinstance(piece.content, Chunk) and len(inner.times):
+            self._new.copy_chunk(piece.content, inner)
+        elif len(inner.times):  # else it holds definitions only, which the new index has
+            self._new.add_chunk(inner, "none")
 
-    def _end_plain(self) -> None:
-        """Messages outside of chunks go into a chunk without compression."""
-        data, self._plain = bytes(self._plain), bytearray()
-        if not data:
-            return
-        inner = Inner(data)
-        first, last = inner.span
-        builder = RecordBuilder()
-        Chunk(
-            compression="", data=data, message_end_time=last, message_start_time=first,
-            uncompressed_crc=zlib.crc32(data), uncompressed_size=len(data),
-        ).write(builder)  # fmt: skip
-        record = builder.end()
-        self._copy_chunk(Piece(Opcode.CHUNK, self.index.end, len(record), record, inner))
+    def _lose(self, piece: Piece, reason: str, **what: Any) -> None:
+        self._lost.append(Damage(piece.offset, piece.length, reason, **what))
 
     # --- telling ----------------------------------------------------------------------------------
     @property
     def _counted(self) -> dict[int, Channel]:
-        channels = self.index.channels
+        channels = self._index.channels
         return channels if self._is_first else without_repeats(channels)
 
     def _only_counted(self, counts: Counter[int]) -> Counter[int]:
-        repeats = self.index.channels.keys() - self._counted.keys()
+        repeats = self._index.channels.keys() - self._counted.keys()
         return Counter({number: n for number, n in counts.items() if number not in repeats})
 
     @property
@@ -287,7 +242,7 @@ class _File:
         rows: dict[str, TopicRow] = {}
         left = limits.QOS_ALL
         for channel in self._counted.values():
-            schema = self.index.schemas.get(channel.schema_id)
+            schema = self._index.schemas.get(channel.schema_id)
             text = channel.metadata.get("offered_qos_profiles", "")
             left -= len(text)
             qos = qos_from_text(text) if left > 0 else []
@@ -299,14 +254,13 @@ class _File:
     @property
     def row(self) -> tuple[FileRow, Counter[str]]:
         """The file as metadata.yaml names it, and the messages saved of each topic."""
-        return self.index.file_row(self._stream.path.name, self._counted)
+        return self._index.file_row(self._new.path.name, self._counted)
 
     def _report_file(self) -> None:
-        report, saved = self._report, self._only_counted(self.index.counts)
+        report, saved = self._report, self._only_counted(self._index.counts)
         report.saved += saved.total()
-        topics = {number: channel.topic for number, channel in self.index.channels.items()}
         for damage in self._lost:
-            report.add(loss_text(self._name, damage, topics))
+            report.add(damage.text(self._name, self._index.channels))
         lost = self._left | {one.offset: one.record for one in self._lost if one.record}
         names = dict.fromkeys(lost[at] for at in sorted(lost))
         if self.notes:  # they stand in the file twice
@@ -322,5 +276,5 @@ class _File:
     def finish(self, notes: dict[str, str]) -> None:
         """Write notes, index and footer."""
         last = metadata.last_notes(notes, _metadata([self], {}))
-        self._stream.write_ending(self.index.ending(last))
-        self._stream.file.close()
+        self._new.finish(last)
+        self._new.close()

@@ -11,16 +11,35 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import math
+import os
 import time
+import zlib
 from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple
 
+import lz4.frame
+import zstandard
+from mcap.opcode import Opcode
+from mcap.records import (
+    Attachment,
+    AttachmentIndex,
+    Channel,
+    Chunk,
+    Header,
+    MetadataIndex,
+    Schema,
+)
+from mcap.records import Metadata as MetadataRecord
+
 from bouncing_disk_ros.bag import metadata
-from bouncing_disk_ros.bag.mcap_file import McapFile, Options
+from bouncing_disk_ros.bag.chunk_reader import Inner
+from bouncing_disk_ros.bag.index import Index
 from bouncing_disk_ros.bag.metadata import (
     FORMAT_KEY,
     FORMAT_VERSION,
@@ -31,8 +50,18 @@ from bouncing_disk_ros.bag.metadata import (
     TopicRow,
     signed,
 )
-from bouncing_disk_ros.bag.schema import schema_of
+from bouncing_disk_ros.bag.records import (
+    HEAD,
+    MAGIC,
+    MARK,
+    MESSAGE,
+    parts,
+    record,
+    without_repeats,
+)
+from bouncing_disk_ros.bag.schema import ENCODING, schema_of
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.regular_file import RegularFile
 from bouncing_disk_ros.units import NS
 
 
@@ -93,6 +122,219 @@ class Latched:
         if self._begins is not None and self._begins(data):
             self.messages.clear()
         self.messages.append(Kept(data, publish_time_ns, sequence))
+
+
+# --- one file of a bag ----------------------------------------------------------------------------
+PROFILE = "ros2"
+COMPRESSIONS: dict[str, Callable[[bytes], bytes]] = {
+    "zstd": zstandard.compress,
+    "lz4": lz4.frame.compress,
+    "none": bytes,
+}
+
+
+@dataclass(frozen=True)
+class Options:
+    """Options of a bag writer; sizes in bytes, times in seconds, 0: no limit."""
+
+    compression: str = "zstd"
+    chunk_size: int = 1 << 20
+    chunk_period: float = 1.0
+    max_size: int = 0
+    max_duration: float = 0.0
+    max_chunks: int = 25_000
+    """A file's index is held in memory, 2 kB for each chunk: a new file bounds it (50 MB)."""
+
+    def __post_init__(self) -> None:
+        if self.compression not in COMPRESSIONS:
+            raise InputError("compression", self.compression, ", ".join(COMPRESSIONS))
+
+
+class McapFile:
+    """One .mcap file that is written, by a recording or a recovery, with its `index`.
+
+    Methods raise OSError when the disk takes no more; then `abandon` the file. The mcap library
+    makes the records. Its own writer cannot end a file in order after a failed write, and takes no
+    chunk as it is.
+    """
+
+    def __init__(self, path: Path, library: str, options: Options | None = None) -> None:
+        self.path, self.index = path, Index()
+        self.start_ns: int | None = None
+        self.size = 0
+        """Bytes in the file; the open chunk is not counted."""
+        self.due = math.inf  # when the open chunk is to be closed, by the steady clock
+        self._options = options or Options()
+        self._chunk = bytearray()  # the records of the open chunk
+        self._file = path.open("xb", buffering=0)
+        self._write(MAGIC + record(Header(PROFILE, library)))
+
+    def _write(self, data: bytes) -> None:
+        """Write whole records; after an OSError, `size` is still the end of what is whole."""
+        view = memoryview(data)
+        while view:
+            view = view[self._file.write(view) or 0 :]
+        self.size += len(data)
+
+    # --- records ----------------------------------------------------------------------------------
+    def add_channel(self, topic: TopicRow, *, repeats: bool = False) -> int:
+        """Register a topic, or a place for repeats of its messages; the number of the channel."""
+        schema = self._schema(topic.type)
+        texts = {"topic_type_hash": topic.type_hash}
+        if repeats:
+            texts[MARK] = "latched"
+        else:
+            texts["offered_qos_profiles"] = metadata.qos_text(topic.qos)
+        number = len(self.index.channels) + 1
+        self.define(Channel(number, topic.name, "cdr", texts, schema))
+        return number
+
+    def _schema(self, kind: str) -> int:
+        known = {row.name: number for number, row in self.index.schemas.items()}
+        if kind in known:
+            return known[kind]
+        number = len(self.index.schemas) + 1
+        self.define(Schema(number, schema_of(kind).text.encode(), ENCODING, kind))
+        return number
+
+    def define(self, row: Schema | Channel) -> None:
+        """Write a definition at once, and again in the next chunk.
+
+        So a topic without messages is known after a crash, and a damaged chunk hides no topic.
+        """
+        written = record(row)
+        self._write(written)
+        self._chunk += written
+        self.index.define(row)
+
+    def attach(self, name: str, media_type: str, data: bytes, time_ns: int) -> None:
+        """Add an attachment."""
+        row = record(Attachment(time_ns, time_ns, name, media_type, data))
+        place = AttachmentIndex(self.size, len(row), time_ns, time_ns, len(data), name, media_type)
+        self._write(row)
+        self.index.attachments.append(place)
+
+    def copy_attachment(self, file: RegularFile, row: AttachmentIndex) -> None:
+        """Copy an attachment record of another file, however long it is."""
+        place = replace(row, offset=self.size)
+        for part in parts(file, row.offset, row.length):
+            self._write(part)
+        self.index.attachments.append(place)
+
+    def note(self, name: str, values: Mapping[str, str]) -> None:
+        """Add a metadata record."""
+        row = record(MetadataRecord(name, dict(values)))
+        place = MetadataIndex(self.size, len(row), name)
+        self._write(row)
+        self.index.metadata.append(place)
+
+    # --- chunks -----------------------------------------------------------------------------------
+    def write(
+        self, channel: int, log_time_ns: int, data: bytes, publish_time_ns: int, sequence: int
+    ) -> bool:
+        """Add one message to the open chunk; whether the chunk is full and written."""
+        if self.start_ns is None:
+            self.start_ns = log_time_ns
+        length, chunk = MESSAGE.size - HEAD.size + len(data), self._chunk
+        chunk += MESSAGE.pack(
+            Opcode.MESSAGE, length, channel, sequence, log_time_ns, publish_time_ns
+        )
+        chunk += data
+        if self.due == math.inf:
+            self.due = time.monotonic() + self._options.chunk_period
+        if len(chunk) <= self._options.chunk_size:
+            return False
+        self.close_chunk()
+        return True
+
+    def close_chunk(self) -> None:
+        """Compress and write the messages of the open chunk, if there are any."""
+        if self.due == math.inf:
+            return
+        data, self._chunk, self.due = bytes(self._chunk), bytearray(), math.inf
+        self.add_chunk(Inner(data), self._options.compression)
+
+    def add_chunk(self, inner: Inner, compression: str) -> None:
+        """Compress records and write them as a chunk."""
+        stored, crc = COMPRESSIONS[compression](inner.data), zlib.crc32(inner.data)
+        name = "" if compression == "none" else compression
+        self.copy_chunk(Chunk(name, stored, 0, 0, crc, len(inner.data)), inner)
+
+    def copy_chunk(self, chunk: Chunk, inner: Inner) -> None:
+        """Write a chunk as it is, but with the times of its messages, and the index of them."""
+        first, last = inner.span
+        chunk = replace(chunk, message_start_time=first, message_end_time=last)
+        written, places = [record(chunk)], dict[int, int]()
+        at = self.size + len(written[0])
+        for channel, row in inner.indices():
+            places[channel] = at
+            written.append(row)
+            at += len(row)
+        offset = self.size
+        self._write(b"".join(written))
+        row = self.index.add_chunk(chunk, inner, offset)
+        row.message_index_offsets = places
+        row.message_index_length = self.size - offset - row.chunk_length
+
+    # --- state ------------------------------------------------------------------------------------
+    @property
+    def is_in_place(self) -> bool:
+        """Whether the file is still at its path: not deleted, moved or replaced."""
+        try:
+            return os.path.samestat(os.fstat(self._file.fileno()), self.path.lstat())
+        except OSError:
+            return False
+
+    def check_room(self) -> None:
+        """OSError where messages wait to be written and the disk is full."""
+        disk = os.fstatvfs(self._file.fileno())
+        free = disk.f_bavail if os.geteuid() else disk.f_bfree
+        if self.due < math.inf and disk.f_blocks and not free:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    @property
+    def filled(self) -> tuple[FileRow, Counter[str]]:
+        """The file as metadata.yaml names it, and its messages of each topic, without repeats."""
+        return self.index.file_row(self.path.name, without_repeats(self.index.channels))
+
+    # --- end --------------------------------------------------------------------------------------
+    def finish(self, notes: Mapping[str, Mapping[str, str]]) -> None:
+        """Write notes, index and footer. `close` it after that."""
+        self._write(self.index.ending(self.size, notes))
+
+    def abandon(
+        self, notes: Callable[[], Mapping[str, Mapping[str, str]]], also: Callable[[], object]
+    ) -> None:
+        """After a failed write: keep what is whole, give up chunks until the index has room.
+
+        So has what is written `also`. Raises OSError when that cannot be: the file cannot be cut,
+        or the index needs more room than half of the chunks. It is then unfinished, holds all whole
+        chunks, and can be read.
+        """
+        index, end = self.index, self.size
+        room = end - index.chunks[0].chunk_start_offset if index.chunks else 0
+        while True:
+            self._cut(end)
+            ending = index.ending(end, notes())
+            try:
+                self._write(ending)
+                also()
+                return
+            except OSError:
+                if not index.chunks or 2 * len(ending) > room:
+                    self._cut(end)
+                    raise
+                end = index.drop_last_chunk()
+
+    def _cut(self, end: int) -> None:
+        """Throw away what is after `end`, and write the next record there."""
+        self._file.truncate(end)
+        self._file.seek(end)
+        self.size = end
+
+    def close(self) -> None:
+        """Close the file as it is."""
+        self._file.close()
 
 
 # --- the bag --------------------------------------------------------------------------------------
@@ -214,7 +456,7 @@ class Writer:
 
     def _bound_index(self) -> None:
         """Go on in a new file when the index of this one has become large."""
-        if self._open_file().chunks >= self.options.max_chunks:
+        if len(self._open_file().index.chunks) >= self.options.max_chunks:
             self.split()
 
     def split(self) -> None:
@@ -253,7 +495,7 @@ class Writer:
     def _begin_file(self) -> None:
         name = f"{self.folder.name}_{len(self._finished)}.mcap"
         library = f"bouncing_disk_ros {self.notes['version']}".strip()
-        self._file = McapFile(self.folder / name, self.options, library)
+        self._file = McapFile(self.folder / name, library, self.options)
         self._file.note(NOTE, signed(self.notes))
         for row in self._attachments:
             self._file.attach(*row)
@@ -313,7 +555,7 @@ class Writer:
                 self._write_metadata()
             else:
                 write = partial(self._write_metadata, file)
-                file.abandon_with(partial(self._last_notes, file), write)
+                file.abandon(partial(self._last_notes, file), write)
         if file is not None:
             self._keep(file)
         self.lost_on_disk = self._given - sum((n for _, n in self._finished), Counter())
@@ -323,7 +565,7 @@ class Writer:
         self._closed, self._in_place = True, False
         with contextlib.suppress(Exception):
             file.close_chunk()
-            file.abandon(self._last_notes(file))
+            file.abandon(partial(self._last_notes, file), lambda: None)
         kept = [counts for row, counts in self._finished if (self.folder / row.path).exists()]
         self._keep(file)
         self.lost_on_disk = self._given - sum(kept, Counter())

@@ -7,17 +7,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from bouncing_disk_ros import folders
+from bouncing_disk_ros.command_line.start import FIGURE_KINDS, Start, check_figure_file
 from bouncing_disk_ros.errors import ExitCode, InputError
-from bouncing_disk_ros.folders import use_matplotlib_folder
 from bouncing_disk_ros.kernel_cache import announce_compilation
-from bouncing_disk_ros.ros.startup import (
-    FIGURE_KINDS,
-    check_figure_file,
-    run_without_ros,
-    split_arguments,
-)
-from bouncing_disk_ros.ros.stop import ending_at_once, interrupt_on_signals
 
 NAME = "compare_with_case"
 _ABOUT = """Compare the events of any simulator with a reference case: events that are missed, false
@@ -26,16 +18,14 @@ velocity_before, velocity_after, angle, angular_velocity_before, angular_velocit
 Time and position alone are samples, in which impacts are found. With a column flight (the number of
 the event from which the simulator was started again) each row is one flight, so that errors do not
 add up."""
-_EXAMPLES = """  ros2 run bouncing_disk_ros compare_with_case drop my_impacts.csv --tolerance 1e-6
+_EXAMPLES = """ros2 run bouncing_disk_ros compare_with_case drop my_impacts.csv --tolerance 1e-6
   ros2 run bouncing_disk_ros compare_with_case 9 my_samples.csv --figure chaos.png"""
 
 
 def main(args: Sequence[str] | None = None) -> int:
     """Compare; exit code 0 within the tolerance, 1 beyond it, 2 bad input, 130 interrupted."""
-    parser = argparse.ArgumentParser(
-        prog=NAME, description=_ABOUT, epilog=f"examples:\n{_EXAMPLES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )  # fmt: skip
+    start = Start(NAME, _ABOUT, None, _EXAMPLES, args, ExitCode.INTERRUPTED)
+    parser = start.parser
     parser.add_argument("case", help="number or name of a case (see reference_cases)")
     parser.add_argument("file", help="a CSV file of events, or of samples (time, position)")
     parser.add_argument(
@@ -49,15 +39,12 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--figure", type=Path, metavar="FILE", help="a picture (" + ", ".join(FIGURE_KINDS) + ")"
     )
-    given = parser.parse_args(split_arguments(args)[0])
-    folders.use_package_index()
-    use_matplotlib_folder()
-    interrupt_on_signals()
-    return run_without_ros(NAME, lambda: _run(given), given.file)
+    given = start.parse()
+    return start.run(lambda: _run(start, given), given.file)
 
 
-def _run(given: argparse.Namespace) -> int:
-    with ending_at_once(NAME):
+def _run(start: Start, given: argparse.Namespace) -> int:
+    with start.stop.loading():
         announce_compilation(NAME)
         from bouncing_disk_ros.cases.comparison import compare_with_case
         from bouncing_disk_ros.cases.files import reference_case

@@ -8,37 +8,31 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from bouncing_disk_ros import folders
+from bouncing_disk_ros.command_line.start import Start
 from bouncing_disk_ros.errors import ExitCode, MissingLibraryError
 from bouncing_disk_ros.kernel_cache import announce_compilation
-from bouncing_disk_ros.ros.startup import run_without_ros, split_arguments
-from bouncing_disk_ros.ros.stop import ending_at_once, interrupt_on_signals
 
 NAME = "reference_cases"
 _ABOUT = """List the reference cases: runs of a bouncing disk whose events are known with certain
 bounds, for comparison with any simulator. With CASE, show one: its files and its events. With
 --write, enclose all of them again by interval arithmetic and write their JSON and CSV files."""
-_EXAMPLES = """  ros2 run bouncing_disk_ros reference_cases
+_EXAMPLES = """ros2 run bouncing_disk_ros reference_cases
   ros2 run bouncing_disk_ros reference_cases chaos
   ros2 run bouncing_disk_ros reference_cases --write cases/"""
 
 
 def main(args: Sequence[str] | None = None) -> int:
     """List, show or write the cases; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
-    parser = argparse.ArgumentParser(
-        prog=NAME, description=_ABOUT, epilog=f"examples:\n{_EXAMPLES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )  # fmt: skip
+    start = Start(NAME, _ABOUT, None, _EXAMPLES, args, ExitCode.INTERRUPTED)
+    parser = start.parser
     parser.add_argument("case", nargs="?", help="number or name of a case")
     parser.add_argument("--write", metavar="FOLDER", help="enclose again, and write the files")
-    given = parser.parse_args(split_arguments(args)[0])
-    folders.use_package_index()
-    interrupt_on_signals()
-    return run_without_ros(NAME, lambda: _run(given), given.write or "")
+    given = start.parse()
+    return start.run(lambda: _run(start, given), given.write or "")
 
 
-def _run(given: argparse.Namespace) -> int:
-    with ending_at_once(NAME):
+def _run(start: Start, given: argparse.Namespace) -> int:
+    with start.stop.loading():
         announce_compilation(NAME)
         from bouncing_disk_ros.cases.files import folder, reference_case, reference_cases, write
 

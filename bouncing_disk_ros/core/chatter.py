@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel, sincos
+from bouncing_disk_ros.core.brake import STOPPED_TAIL, braked_spin, chatter_drag, sign_of
 from bouncing_disk_ros.core.flight import Launch, gap_after
-from bouncing_disk_ros.core.friction import STOPPED_TAIL, braked_spin, chatter_drag, sign_of
 from bouncing_disk_ros.core.platform import (
     Jet,
     Record,
@@ -95,11 +95,17 @@ def chatter_verdict(
         return end, t, 0.0
     b = angular_jet(motion, sine, cosine, elapsed)
     rho = b[2] + drag
-    total = u * (1.0 + disk.restitution) / (1.0 - disk.restitution)
+    total = tail_push(u, disk.restitution)
     friction, sign = chatter_friction(disk, disk.g + s[2], rho, omega - b[1], total, t)
     if friction == UNDECIDED:
         return BOUNCES, t, 0.0
     return COMPLETES, t, 0.0 if friction == ALL_STICK else sign
+
+
+@kernel
+def tail_push(u: float, restitution: float) -> float:
+    """Sum of the axial impulses over m of a whole chatter tail after an impact with u."""
+    return u * (1.0 + restitution) / (1.0 - restitution)
 
 
 @kernel
@@ -234,7 +240,7 @@ def braked_chatter(
         return end, t, 0.0
     b = angular_jet(motion, sine, cosine, elapsed)
     a, e = disk.g + s[2], disk.restitution
-    total = u * (1.0 + e) / (1.0 - e)
+    total = tail_push(u, e)
     drag = chatter_drag(disk, omega)
     spin, side = sign_of(omega), -sign_of(b[1])
     most = disk.grip * (1.0 + e) * u  # change of α̇ in the first impact to come

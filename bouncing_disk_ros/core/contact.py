@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, rare_kernel, sincos, wrapped
+from bouncing_disk_ros.core.brake import tie
 from bouncing_disk_ros.core.flight import (
     SEARCH_STEPS,
     Launch,
@@ -21,7 +22,6 @@ from bouncing_disk_ros.core.flight import (
     never_leaves,
     separation_phase,
 )
-from bouncing_disk_ros.core.friction import tie
 from bouncing_disk_ros.core.layout import NOTHING, STEADY, WAYPOINT, NextEvent, Slide
 from bouncing_disk_ros.core.platform import (
     Bounds,
@@ -234,7 +234,7 @@ def stick_fails(
     within = horizon
     if motion.kind == STEADY:
         within = min(horizon, ONE_PERIOD * period_of(motion))
-    # with a brake an event must leave another row of the table in `friction`: a tie is no end
+    # with a brake an event must leave another row of `contact_table`: a tie is no end
     slack = (tie(disk) if disk.brake > 0.0 else 0.0, 0.0, 0.0, 0.0)
     up = first_zero(MARGIN, 1.0, motion, disk, drag, elapsed, tau, slack, 0.0, within)
     down = first_zero(MARGIN, -1.0, motion, disk, drag, elapsed, tau, slack, 0.0, up.reached)

@@ -5,17 +5,15 @@ u = −ε w stands here alone: for numbers and arrays (`rebounded`), for kernels
 
 These need an ε that is the same in all impacts, and change with the law by hand:
 
-- sums over a chatter: `chatter.chatter_duration`, `chatter_sums`, `chatter_rotation`,
-  `chatter_scale`, `chatter_friction`, `chatter_verdict`, `braked_chatter`,
-  `friction.stopped_tail` and `resolve_event._end_chatter_rotation`;
-  `juggling.kernels.flights._collide` ends its chatters so;
+- sums over a chatter: `chatter.chatter_duration`, `tail_push`, `chatter_sums`, `chatter_rotation`,
+  `chatter_scale`, `chatter_friction`, `braked_chatter`, `brake.stopped_tail` and
+  `resolve_event._end_chatter_rotation`;
 - derivatives of the map: `map_tangent.turned_tangent`, `periodic_orbit` (determinant ε²ⁿ),
   `next_collision.NextCollisionMap.jacobian`;
 - the map backwards: `axial_flights.previous_impact`, `basin_labels.before_impact`;
-- period-1 orbits: `maps.period_one`, `periodic_orbit.fixed_point`, `parameter_plane`,
-  `continuation.existence_limit`, `motor_curves`,
-  `juggling.loop_settings.period_one_points`;
-- the greatest speed: `mean_speed` (best lag), `manifold_growth.no_return`;
+- period-1 orbits: `existence_limit`, `impact_velocity` and `stability_limit` of
+  `maps.period_one`, from which all others take them;
+- the greatest speed: `settled_speed.largest_change`, `manifold_growth.no_return`;
 - friction in lanes: `attractor_lanes` keeps (1 + ε)/Γ_T of a lane;
 - equations of orbits and controllers: `resilience_studies.orbit_equations`, `fatal_changes`,
   `report.stability`, `juggling.kernels.toss_planner` and `strategies`, `juggling.target_orbit`,

@@ -6,10 +6,10 @@ import numpy as np
 from numba import from_dtype, types
 
 from bouncing_disk_ros.core.arithmetic import entry
+from bouncing_disk_ros.core.brake import sign_of
 from bouncing_disk_ros.core.energy_ledger import Ledger, add_entry, mechanical_energy
-from bouncing_disk_ros.core.event_store import instant_rounding, take_to_input
+from bouncing_disk_ros.core.event_instant import instant_rounding, take_to_input
 from bouncing_disk_ros.core.forcing_clock import Clock, elapsed, phase_of, seconds_between
-from bouncing_disk_ros.core.friction import sign_of
 from bouncing_disk_ros.core.impact_log import CHATTER_CUT, ROWS, Rows, close_row
 from bouncing_disk_ros.core.layout import (
     DISK,

@@ -37,7 +37,7 @@ STATE_DTYPE = np.dtype(
         ("sine", "f8"),  # of tau
         ("cosine", "f8"),
         ("phase", "i8"),
-        # in contact (the table in friction.py): the signs of w_T and, with a brake, of α̇; what load
+        # in contact (contact_table): the signs of w_T and, with a brake, of α̇; what load
         # and brake take from α̇, rad/s²; the rows entered at this very instant, as bits
         ("slip_sign", "i8"),
         ("spin_sign", "i8"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel
+from bouncing_disk_ros.core.brake import tie
 from bouncing_disk_ros.core.chatter import BOUNCES, STILL, braked_chatter, chatter_verdict
 from bouncing_disk_ros.core.contact import (
     HOLD,
@@ -21,10 +22,9 @@ from bouncing_disk_ros.core.contact import (
     stick_fails,
     stopped,
 )
-from bouncing_disk_ros.core.event_store import store_event
+from bouncing_disk_ros.core.event_instant import store_event
 from bouncing_disk_ros.core.flight import Launch, search_impact
 from bouncing_disk_ros.core.forcing_clock import elapsed, seconds_between
-from bouncing_disk_ros.core.friction import tie
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
     FAULT,
@@ -290,7 +290,7 @@ def _held_ends(
 def brake_event(
     state: Record, motion: Record, disk: Record, elapsed: float, horizon: float
 ) -> NextEvent:
-    """The next end of a row of the table in `friction` at which α̇ or β̇ is 0 or the brake lets go.
+    """The next end of a row of `contact_table` at which α̇ or β̇ is 0 or the brake lets go.
 
     Before `horizon` s: NOTHING, or a WAYPOINT where the search stopped before.
     """

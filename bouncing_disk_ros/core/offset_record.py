@@ -15,13 +15,16 @@ from bouncing_disk_ros.core.layout import (
     OFFSET_DEGREE,
 )
 from bouncing_disk_ros.core.offset import CONSTANT, LINE, Segment, coefficients, derivative, highest
-from bouncing_disk_ros.core.platform import PAST_END, ROOM, offset_bounds, without_offset
+from bouncing_disk_ros.core.platform import (
+    DERIVATIVE_RATIO,
+    PAST_END,
+    ROOM,
+    offset_bounds,
+    without_offset,
+)
 
 _PARTS = 4
 """Parts of a segment that have bounds of their own."""
-_DERIVATIVE_RATIO = 18.0
-"""Over a segment of duration T no derivative from the third on is larger than this over T times
-that before it (Markov's inequality for degree 3)."""
 
 
 def _table(segment: Segment) -> NDArray[np.float64]:
@@ -69,7 +72,7 @@ def with_offset(base: NDArray[np.void], axial: Segment, angular: Segment) -> NDA
     m["fifth"] = m["angular"][0, 5, 0, 0]
     curved = [_duration_ns(segment) * 1e-9 for segment in moving if segment.degree > LINE]
     m["span"] = min(curved, default=math.inf) / _PARTS
-    m["omega_max"] = max([float(m["omega_max"][0]), *(_DERIVATIVE_RATIO / t for t in curved)])
+    m["omega_max"] = max([float(m["omega_max"][0]), *(DERIVATIVE_RATIO / t for t in curved)])
     if not is_nothing(axial):
         top = float(base["top"][0])
         m["top"] = top + _top(axial) + (ROOM - 1.0) * (top + abs(_top(axial)))

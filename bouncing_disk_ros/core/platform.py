@@ -26,6 +26,7 @@ from bouncing_disk_ros.core.arithmetic import (
 from bouncing_disk_ros.core.layout import (
     FADE,
     MOTION_DTYPE,
+    MOVING,
     NEVER,
     OFFSET_DEGREE,
     PLATFORM_DTYPE,
@@ -307,13 +308,17 @@ def until_turning(motion: Record, tau: float, sign: float) -> float:
     return 0.0 if ahead > math.pi * _JUST_PAST else ahead / motion.omega
 
 
+DERIVATIVE_RATIO = 18.0
+"""Over a segment of duration T no derivative from the third on is larger than this over T times
+that before it (Markov's inequality for degree 3)."""
 ROOM = 1.0 + 1e-12  # bounds are rounded up by more than the rounding of their own sums
 
 
 class SteadyMotion(NamedTuple):
     """A steady motion with the fields of layout.PLATFORM_DTYPE that kernels read.
 
-    Given in place of a record: numba leaves out what a steady motion does not need.
+    Given in place of a record: without an offset numba leaves out what a steady motion does not
+    need.
     """
 
     kind: int
@@ -339,7 +344,7 @@ class SteadyMotion(NamedTuple):
     b3: float
     b4: float
     offset: int
-    axial: None
+    axial: Table
     angular: None
     axial_duration: float
     angular_duration: float
@@ -364,6 +369,29 @@ def steady_motion(
         STEADY, 0, math.inf, a, 0.0, p, 0.0, f, 0.0, lag, 0.0, lag_sine, lag_cosine, w, w,
         a * ROOM, s2, s2 * w, s2 * w * w, b2, b2 * w, b2 * w * w,
         0, None, None, 1.0, 1.0, math.inf, 0, 0.0, 0.0, 0.0, math.inf, 0, 0, 0.0,
+    )  # fmt: skip
+
+
+@rare_kernel
+def moved_motion(
+    motion: SteadyMotion, moves: bool, table: Table, span: float, since: float
+) -> SteadyMotion:
+    """A steady motion up and down that an axial offset moves besides, `since` s after its begin.
+
+    `table` of a segment that lasts `span` s (`offset_at`); not `moves`: it adds nothing.
+    """
+    m, duration = motion, span * _GIGA
+    kind, top, fastest = STEADY, m.top, m.omega
+    s2 = s3 = s4 = 0.0
+    if moves:
+        kind, top, fastest = MOVING, math.inf, max(m.omega, DERIVATIVE_RATIO / span)
+        s2, s3, s4 = offset_bounds(table, duration, 0.0, span)
+    s2, s3, s4 = m.s2 + s2 * ROOM, m.s3 + s3 * ROOM, m.s4 + s4 * ROOM
+    bent = int(moves)
+    return SteadyMotion(
+        kind, 0, math.inf, m.a, 0.0, 0.0, 0.0, m.f, 0.0, 0.0, 0.0, 0.0, 1.0, m.omega, fastest,
+        top, s2, s3, s4, 0.0, 0.0, 0.0,
+        bent, table, None, duration, 1.0, math.inf, 0, since, 0.0, 0.0, math.inf, 0, bent, 0.0,
     )  # fmt: skip
 
 

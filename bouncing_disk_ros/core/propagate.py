@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, rare_kernel, sincos
+from bouncing_disk_ros.core.brake import braked_spin, sign_of
 from bouncing_disk_ros.core.contact import load, slide
+from bouncing_disk_ros.core.contact_table import enter_what_holds
 from bouncing_disk_ros.core.energy_ledger import (
     Ledger,
     add_axial_work,
@@ -16,7 +18,6 @@ from bouncing_disk_ros.core.energy_ledger import (
 )
 from bouncing_disk_ros.core.flight import MOST_GROWTH, Launch, flies_far, flown_far, gap_after
 from bouncing_disk_ros.core.forcing_clock import Clock, elapsed
-from bouncing_disk_ros.core.friction import braked_spin, enter_what_holds, sign_of
 from bouncing_disk_ros.core.layout import FLIGHT, HELD, STICKING, THROUGHPUT, UNKNOWN, Slide
 from bouncing_disk_ros.core.platform import Record, angular_jet, axial_jet, turns_next
 from bouncing_disk_ros.core.roots import ROUNDING
@@ -139,7 +140,7 @@ def propagate(
 def begin_contact(state: Record, motion: Record, disk: Record, slip: int, spin: int) -> None:
     """With gap = 0 and u = 0: contact or flight (rule 1), and in contact what holds (rule 4).
 
-    `slip` and `spin` are the signs of w_T and α̇ at this instant (`friction.what_holds`).
+    `slip` and `spin` are the signs of w_T and α̇ at this instant (`contact_table.what_holds`).
     """
     state.gap = 0.0
     state.u = 0.0

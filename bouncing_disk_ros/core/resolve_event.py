@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel, uncounted_kernel
+from bouncing_disk_ros.core.brake import STOPPED_TAIL, chatter_drag, sign_of, stopped_tail
 from bouncing_disk_ros.core.chatter import (
     chatter_rotation,
     chatter_sums,
     first_of_chatter,
 )
+from bouncing_disk_ros.core.contact_table import enter, row_bit
 from bouncing_disk_ros.core.energy_ledger import (
     Ledger,
     add_brake_loss,
@@ -16,14 +18,6 @@ from bouncing_disk_ros.core.energy_ledger import (
 )
 from bouncing_disk_ros.core.flight import Launch, gap_after
 from bouncing_disk_ros.core.forcing_clock import Clock, elapsed
-from bouncing_disk_ros.core.friction import (
-    STOPPED_TAIL,
-    chatter_drag,
-    enter,
-    row_bit,
-    sign_of,
-    stopped_tail,
-)
 from bouncing_disk_ros.core.impact_law import axial_push, friction_change, rebound, speed_after
 from bouncing_disk_ros.core.impact_log import (
     CHATTER_TAIL,
@@ -233,7 +227,7 @@ def _still(
 
 @kernel
 def _enter_once(state: Record) -> None:
-    """At one instant events enter a row of `friction`'s table once, or the run ends: FAULT."""
+    """At one instant events enter a row of `contact_table` once, or the run ends: FAULT."""
     row = row_bit(state)
     if state.rows_entered & row != 0:
         state.event = FAULT

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
+from bouncing_disk_ros.command_line.start import Start
 from bouncing_disk_ros.parameters import DEFAULTS, Spec
-from bouncing_disk_ros.ros.startup import Start
 
 _ABOUT = """Hear disk/impacts and move the platform by platform/joint_trajectory so that the disk
 comes onto the period-1 orbit and stays there. Ctrl-C ends it."""
@@ -59,12 +59,11 @@ def main(args: Sequence[str] | None = None) -> int:
     """Juggle until a signal; exit code 0 interrupted, 2 bad input."""
     start = Start("juggle", _ABOUT, OPTIONS, _EXAMPLE, args)
     start.parse()
-    with start.stop.importing():
+    with start.stop.loading():
         from bouncing_disk_ros.juggling.juggle_node import JuggleNode
         from bouncing_disk_ros.ros.spin import run_node, spin
 
-    make = partial(JuggleNode, OPTIONS)
-    return run_node("juggle", start.ros, make, spin, start.stop)
+    return run_node(start, partial(JuggleNode, OPTIONS), spin)
 
 
 if __name__ == "__main__":

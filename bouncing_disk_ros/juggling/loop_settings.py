@@ -17,6 +17,7 @@ from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.juggling.kernels import loop_kernel as loop
 from bouncing_disk_ros.juggling.kernels import toss_planner as plan
 from bouncing_disk_ros.juggling.kernels.strategies import NAMES, SMALL, orbit_phase
+from bouncing_disk_ros.maps.period_one import existence_limit
 
 Array = NDArray[np.float64]
 STRATEGIES = NAMES
@@ -57,7 +58,7 @@ def check_strategy(name: str) -> int:
 
 def period_one_points(axial_forcing: float, restitution: float) -> Array:
     """The period-1 orbit, (1, 2): forcing phase and velocity after its impact; stable or not."""
-    least = (1.0 - restitution) / (1.0 + restitution)
+    least = existence_limit(restitution)
     if not least < axial_forcing:
         allowed = f"more than (1 − ε)/(1 + ε) = {least:.6g}"
         raise InputError("axial_forcing", axial_forcing, allowed, "There is no period-1 orbit.")

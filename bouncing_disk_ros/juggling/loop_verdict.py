@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from enum import IntEnum
 from typing import NamedTuple
 
+import numpy as np
+
+from bouncing_disk_ros.juggling.kernels import verdicts
 from bouncing_disk_ros.juggling.loop_settings import Array
 
 
 class Outcome(IntEnum):
     """How a run ended."""
 
-    NEVER = 0
-    CAPTURED = 1
-    LOST = 2  # it was near the orbit for as long as counts, but not at the end
+    NEVER = verdicts.NEVER
+    CAPTURED = verdicts.CAPTURED
+    LOST = verdicts.LOST  # it was near the orbit for as long as counts, but not at the end
 
 
 class Verdict(NamedTuple):
@@ -34,29 +36,21 @@ class Watch:
 
     def __init__(self, orbit: Array, tolerance: float = 0.05, streak: int = 5) -> None:
         self.orbit, self._tolerance, self._streak = orbit, tolerance, streak
-        self._near = self._count = self._reached = 0
-        self._had = self._rests = False
-        self._off = (math.inf, math.inf)  # of the last impact: phase in rad, velocity in πg/ω
+        self._tally, self._rests = np.zeros(verdicts.TALLY), False
 
     def note(self, phase: float, velocity: float, *, rests: bool) -> None:
         """An impact: forcing phase, velocity after it in πg/ω, whether the disk rests then."""
-        self._count += 1
-        apart = [
-            (abs(math.remainder(phase - tau, math.tau)), abs(velocity - v)) for tau, v in self.orbit
-        ]
-        self._off, self._rests = min(apart, key=max), rests
-        on = not rests and all(part <= self._tolerance for part in self._off)
-        self._near = self._near + 1 if on else 0
-        if self._near == 1:
-            self._reached = self._count
-        self._had = self._had or self._near >= self._streak
+        self._rests = rests
+        verdicts.note_impact(
+            self._tally, self.orbit, phase, velocity, rests, self._tolerance, self._streak
+        )
 
     @property
     def verdict(self) -> Verdict:
         """As if the run ended now."""
-        if self._near >= self._streak:
-            return Verdict(Outcome.CAPTURED, self._reached)
-        return Verdict(Outcome.LOST if self._had else Outcome.NEVER, self._count)
+        outcome = Outcome(int(self._tally[verdicts.VERDICT]))
+        which = verdicts.REACHED if outcome is Outcome.CAPTURED else verdicts.COUNT
+        return Verdict(outcome, int(self._tally[which]))
 
     @property
     def text(self) -> str:
@@ -69,15 +63,17 @@ class Watch:
     @property
     def reason(self) -> str:
         """What is missing from a capture, in words with numbers of the last impact."""
-        if self._near >= self._streak:
+        outcome, count = self.verdict
+        if outcome is Outcome.CAPTURED:
             return ""
-        if not self._count:
+        if not count:
             return "no impact was heard yet"
         if self._rests:
             return "the disk rests on the platform"
-        if self._near:
-            return f"near the orbit for {self._near} of {self._streak} impacts"
-        phase, velocity = self._off
+        near = int(self._tally[verdicts.NEAR])
+        if near:
+            return f"near the orbit for {near} of {self._streak} impacts"
+        phase, velocity = self._tally[[verdicts.OFF_PHASE, verdicts.OFF_VELOCITY]]
         return f"the last impact is {phase:.2f} rad and {velocity:.2f} πg/ω from the orbit"
 
 

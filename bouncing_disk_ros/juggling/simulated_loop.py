@@ -19,13 +19,13 @@ from bouncing_disk_ros.core.model import ImpactKind, join_rows
 from bouncing_disk_ros.core.offset import QUINTIC, Knot, OffsetState
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.juggling.juggler import Controller, HeardImpact, OffsetTrajectory
+from bouncing_disk_ros.juggling.kernels.verdicts import draw
 from bouncing_disk_ros.juggling.loop_settings import Array, Sensor, period_one_points
 from bouncing_disk_ros.juggling.loop_verdict import Verdict, verdict_of
 from bouncing_disk_ros.juggling.target_orbit import mean_rotor_speed
 from bouncing_disk_ros.maps.scales import axial_forcing_of, velocity_scale
 
 _GIGA = 10**9
-_MASK = (1 << 64) - 1
 
 
 @dataclass
@@ -40,17 +40,6 @@ class LoopRecord:
         """Mean angular velocity, rad/s, over so many flights at the end; nan: fewer than two."""
         last = self.rows[-impacts - 1 :]
         return mean_rotor_speed(last["time"].tolist(), last["angular_velocity"].tolist())
-
-
-def draw(seed: int, start: int, count: int) -> float:
-    """A number in [0, 1) that these three decide (splitmix64), as the kernels draw it."""
-    z = seed * 0x9E3779B97F4A7C15 + start * 0xD1342543DE82EF95 + (count + 1) * 0x2545F4914F6CDD1D
-    z &= _MASK
-    for _ in range(2):
-        z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9 & _MASK
-        z = (z ^ (z >> 27)) * 0x94D049BB133111EB & _MASK
-        z ^= z >> 31
-    return (z >> 11) * 2.0**-53
 
 
 def knots_of(trajectory: OffsetTrajectory) -> list[Knot]:

@@ -10,7 +10,7 @@ import math
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, kernel, sincos, wrapped
-from bouncing_disk_ros.core.flight import Launch, first_impact, gap_after, separation_phase
+from bouncing_disk_ros.core.flight import Launch, gap_after, separation_phase
 from bouncing_disk_ros.core.impact_law import rebound
 from bouncing_disk_ros.core.platform import Record, axial_jet
 from bouncing_disk_ros.maps.axial_map import (
@@ -131,9 +131,6 @@ def contact_return(forcing: float, restitution: float, most: int) -> tuple[float
 # as in `axial_map`.
 
 
-_SEARCHES = 64
-
-
 @kernel
 def previous_impact(
     tau: float, w: float, forcing: float, restitution: float
@@ -143,7 +140,7 @@ def previous_impact(
     back = (math.pi - tau) % TWO_PI
     sine, cosine = sincos(back)
     jet = axial_jet(motion, sine, cosine, 0.0)
-    d, w1 = landing(motion, sine, cosine, jet, GRAVITY, -w, 0.0)
+    d, w1 = landing(motion, Launch(0.0, sine, cosine, GRAVITY, 0.0, -w), jet, 0.0, math.inf)
     return (tau - d) % TWO_PI, w1 / restitution, d
 
 
@@ -195,9 +192,5 @@ def land_from_height(flights: Record, forcing: float, out: Record) -> None:
         sine, cosine = sincos(tau % TWO_PI)
         jet = axial_jet(motion, sine, cosine, 0.0)
         launch = Launch(0.0, sine, cosine, GRAVITY, gap, speed)
-        d, w = 0.0, 1.0
-        for _ in range(_SEARCHES):
-            d, w = first_impact(motion, launch, jet, d, math.inf)
-            if not w > 0.0:
-                break
+        d, w = landing(motion, launch, jet, 0.0, math.inf)
         out[i, 0], out[i, 1], out[i, 2] = (tau + d) % TWO_PI, w, d

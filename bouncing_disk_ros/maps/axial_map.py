@@ -1,4 +1,4 @@
-"""The next-collision map: from one impact to the next, under a steady platform motion.
+"""The axial part of the next-collision map, compiled: from one impact to the next.
 
 Dimensionless: time unit 1/ω, length unit πg/ω², axial velocity unit πg/ω. Gravity is then 1/π, the
 platform is s = Γ sin τ, and the map depends on the forcing Γ and the restitution ε alone. Its state
@@ -26,7 +26,7 @@ MAP_IMPACT, MAP_CONTACT, MAP_REST = 0, 1, 2
 """How the next impact came about: after a flight; after a complete chatter and contact
 to separation and a flight; not at all, for contact lasts for good (Γ ≤ 1/π)."""
 
-FLIES = 3
+MAP_FLIES = 3
 """Of `after_impact`: the disk bounces."""
 
 GRAVITY = 1.0 / math.pi
@@ -54,13 +54,12 @@ def axial_motion(forcing: float) -> SteadyMotion:
 
 @kernel
 def landing(
-    motion: Record, sine: float, cosine: float, jet: Jet, g: float, u: float, start: float
+    motion: Record, launch: Launch, jet: Jet, start: float, horizon: float
 ) -> tuple[float, float]:
-    """Delay and w_A of the impact that ends a flight from the platform; nan if it is not found."""
+    """Delay and w_A of the impact that ends a flight, as `first_impact`; nan if it is not found."""
     d, w = start, 1.0
-    launch = Launch(0.0, sine, cosine, g, 0.0, u)
     for _ in range(_SEARCHES):
-        d, w = first_impact(motion, launch, jet, d, math.inf)
+        d, w = first_impact(motion, launch, jet, d, horizon)
         if not w > 0.0:
             return d, w
     return math.nan, math.nan
@@ -72,7 +71,8 @@ def launched_impact(
 ) -> tuple[float, float]:
     """Delay and w_A of the first impact after a launch with gap = 0 and u = 0 at τ (rule 2)."""
     start = load_returns(motion, disk, 0.0, tau, math.inf).zero
-    return landing(motion, sine, cosine, jet, disk.g, 0.0, start)
+    launch = Launch(0.0, sine, cosine, disk.g, 0.0, 0.0)
+    return landing(motion, launch, jet, start, math.inf)
 
 
 @kernel
@@ -81,14 +81,14 @@ def after_impact(
 ) -> tuple[int, float, float]:
     """What an impact at τ leads to, with u ≥ 0 after it; the phase of it, and the time until then.
 
-    FLIES: to a flight, at once. MAP_IMPACT: to a launch with u = 0. MAP_CONTACT: to contact that
-    ends in separation. MAP_REST: to contact for good.
+    MAP_FLIES: to a flight, at once. MAP_IMPACT: to a launch with u = 0. MAP_CONTACT: to contact
+    that ends in separation. MAP_REST: to contact for good.
     """
     waited = 0.0
     if u > 0.0:
         end, waited = chatter_end(motion, disk, jet, u)
         if end == BOUNCES:
-            return FLIES, tau, 0.0
+            return MAP_FLIES, tau, 0.0
         tau = phase_after(tau, waited)[1]
         sine, cosine = sincos(tau)
         jet = axial_jet(motion, sine, cosine, 0.0)
@@ -112,8 +112,9 @@ def next_impact(
     jet = axial_jet(motion, sine, cosine, 0.0)
     u = rebound(w, restitution)
     kind, at, waited = after_impact(motion, disk, tau, jet, u)
-    if kind == FLIES:
-        d, w1 = landing(motion, sine, cosine, jet, GRAVITY, u, 0.0)
+    if kind == MAP_FLIES:
+        launch = Launch(0.0, sine, cosine, GRAVITY, 0.0, u)
+        d, w1 = landing(motion, launch, jet, 0.0, math.inf)
         return MAP_IMPACT, phase_after(tau, d)[1], w1, d
     if kind == MAP_REST:
         return MAP_REST, math.nan, math.nan, math.inf

@@ -47,11 +47,6 @@ class Doubling(NamedTuple):
         return self.orbit.impacts
 
 
-def existence_limit(restitution: float) -> float:
-    """Γ = (1 − ε)/(1 + ε), below which there is no period-1 orbit."""
-    return (1.0 - restitution) / (1.0 + restitution)
-
-
 def feigenbaum_ratios(values: Sequence[float]) -> Array:
     """(vₖ₊₁ − vₖ)/(vₖ₊₂ − vₖ₊₁) of the points of doubling in a row, (n − 2,)."""
     steps = np.diff(np.asarray(values, dtype=float))

@@ -10,7 +10,7 @@ import math
 from typing import NamedTuple
 
 from bouncing_disk_ros.core.model import Disk, Motion
-from bouncing_disk_ros.maps.period_one import period_one, stability_limit
+from bouncing_disk_ros.maps.period_one import existence_limit, period_one, stability_limit
 from bouncing_disk_ros.maps.scales import acceleration
 
 
@@ -79,5 +79,5 @@ def preload_regimes(motion: Motion, disk: Disk) -> PreloadRegimes:
         return disk.mass * (top / forcing - disk.gravity) if forcing > 0.0 else math.inf
 
     return PreloadRegimes(
-        preload(1.0 / math.pi), preload((1.0 - e) / (1.0 + e)), preload(stability_limit(e))
+        preload(1.0 / math.pi), preload(existence_limit(e)), preload(stability_limit(e))
     )

@@ -29,6 +29,7 @@ from bouncing_disk_ros.maps.axial_map import (
 )
 from bouncing_disk_ros.maps.bifurcation_diagram import STATE
 from bouncing_disk_ros.maps.lanes.attractor_lanes import measure_attractors
+from bouncing_disk_ros.maps.period_one import existence_limit, impact_velocity
 from bouncing_disk_ros.maps.rotation_map import (
     CONTACT_COUNT,
     LYAPUNOV,
@@ -76,10 +77,10 @@ def start_states(
     if start != "given":
         tau[:], w[:] = LOWEST, 0.0
     if start == "period-1":
-        least = (1.0 - restitution) / (1.0 + restitution)
+        least = existence_limit(restitution)
         there = (axial_forcing >= least) & (axial_forcing > 0.0)
         tau[there] = np.arccos(least[there] / axial_forcing[there]) + _BESIDE
-        w[there] = -2.0 / (1.0 + restitution[there])
+        w[there] = impact_velocity(restitution[there])
     states = np.empty((len(tau), STATE))
     for column, values in enumerate((tau, w, np.cos(tau + lag), 1.0, 0.0)):
         states[:, column] = values

@@ -10,12 +10,13 @@ import numpy as np
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.map_tangent import axial_tangent
-from bouncing_disk_ros.maps.mean_speed import (
+from bouncing_disk_ros.maps.next_collision import Array, MapState, NextCollisionMap
+from bouncing_disk_ros.maps.period_one import existence_limit, impact_velocity
+from bouncing_disk_ros.maps.settled_speed import (
     LEAST_CHANGE,
     largest_change,
     repeated_speed,
 )
-from bouncing_disk_ros.maps.next_collision import Array, MapState, NextCollisionMap
 
 RESIDUAL = 1e-11
 """An orbit is found when it closes to this (rad, πg/ω) and Newton's method gets no closer."""
@@ -95,12 +96,12 @@ def fixed_point(
     >>> fixed_point(0.45, 0.5).multipliers
     """
     section = NextCollisionMap(axial_forcing, restitution, phase_lag, angular_forcing)
-    least = cycles * (1.0 - restitution) / (1.0 + restitution)
+    least = cycles * existence_limit(restitution)
     if axial_forcing <= 0.0 or axial_forcing < least:
         raise InputError(
             "axial_forcing", axial_forcing, f"at least (1 − ε)/(1 + ε) k = {max(least, 0.0):.6g}"
         )
-    start = MapState(math.acos(least / axial_forcing), -2.0 * cycles / (1.0 + restitution))
+    start = MapState(math.acos(least / axial_forcing), cycles * impact_velocity(restitution))
     orbit = periodic_orbit(section, start, 1)
     if orbit.cycles != cycles or abs(orbit.axial_impact_velocity[0] - start[1]) > 1e-6:
         allowed = "a forcing at which the platform does not meet the disk earlier"

@@ -15,6 +15,7 @@ from typing import NamedTuple
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import entry, kernel, rare_kernel, sincos
+from bouncing_disk_ros.core.brake import sign_of
 from bouncing_disk_ros.core.chatter import (
     BOUNCES,
     COMPLETES,
@@ -23,9 +24,9 @@ from bouncing_disk_ros.core.chatter import (
     chatter_verdict,
 )
 from bouncing_disk_ros.core.contact import load, slide
+from bouncing_disk_ros.core.contact_table import what_holds
 from bouncing_disk_ros.core.flight import Launch, gap_after, separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after
-from bouncing_disk_ros.core.friction import sign_of, what_holds
 from bouncing_disk_ros.core.impact_law import axial_push, rebound, speed_after
 from bouncing_disk_ros.core.layout import SEPARATION, SLIP, SLIP_ENDS, Slide
 from bouncing_disk_ros.core.next_event import after_sliding, after_sticking
@@ -143,7 +144,8 @@ def next_collision(motion: Record, disk: Record, tau: float, w: float, omega: fl
             motion, disk, disk.lag, 0.0, sine, cosine, jet, u, omega
         )
         if end == BOUNCES:
-            d, w1 = landing(motion, sine, cosine, jet, disk.g, u, 0.0)
+            launch = Launch(0.0, sine, cosine, disk.g, 0.0, u)
+            d, w1 = landing(motion, launch, jet, 0.0, math.inf)
             return MAP_IMPACT, phase_after(tau, d)[1], w1, omega, d, omega * d
         tau = phase_after(tau, waited)[1]
         if end == COMPLETES:

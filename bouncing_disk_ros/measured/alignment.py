@@ -2,8 +2,8 @@
 
 An onset is seen where a hit leaves the noise, and a weak hit leaves it late. So the logarithm of
 the energy is compared with that of all hits together: the same shape, as loud as the hit, over the
-noise before it. The shift with the least squares is the time. Its error follows from the squares,
-because what hits differ in is in them.
+noise before it. The likeliest shift is the time, and the width of the likelihood its error. Before
+the hit the logarithm scatters as that of the energy of noise, in the hit as hits differ there.
 """
 
 from __future__ import annotations
@@ -19,6 +19,9 @@ _FINER = 2
 FEWEST = 3
 """Hits whose median is a shape."""
 _ROUNDS = 2
+_NOTHING = 1e-300
+_LEAST = 1e-3
+"""Variance of a logarithm: 0.1 dB."""
 
 
 def aligned(
@@ -37,26 +40,47 @@ def aligned(
     times, errors = onsets.copy(), np.full(len(onsets), np.inf)
     for _ in range(_ROUNDS):
         whole = _sampled(smooth, times[:, None] + long)
-        peaks = np.maximum(whole[:, (long >= 0) & (long < after)].mean(axis=1) - noises, 0.0)
+        peaks = np.maximum(whole[:, (long >= 0) & (long < after)].mean(axis=1) - noises, _NOTHING)
         strong = peaks / noises >= np.median(peaks / noises)
         parts = (whole - noises[:, None])[strong] / peaks[strong, None]
         shape = np.maximum(np.median(parts, axis=0), 0.0)
+        own = np.log(_sampled(smooth, times[:, None] + places) + _NOTHING)
+        models = peaks[:, None] * np.interp(places, long, shape) + noises[:, None]
+        rest, quiet = own - np.log(models), noises[:, None] / models
+        differ = _differences(rest, quiet, window)
+        free = _independent(rest / np.sqrt(_variance(quiet, differ)))
         shown = np.interp(places - shifts[:, None], long, shape)
-        own = np.log(_sampled(smooth, times[:, None] + places) + 1e-300)
-        models = [np.log(peak * shown + noise) for peak, noise in zip(peaks, noises, strict=True)]
-        squares = np.array(
-            [np.mean((x - y) ** 2, axis=1) for x, y in zip(own, models, strict=True)]
-        )
-        best = squares.argmin(axis=1)
-        rest = own - np.array([one[at] for one, at in zip(models, best, strict=True)])
-        free = len(places) * _independent(rest)
-        costs = 0.5 * free * np.log(squares / squares.min(axis=1, keepdims=True))
-        weights = np.exp(-costs)
-        weights /= weights.sum(axis=1, keepdims=True)
-        times += shifts[best]
-        spread = np.sum(weights * (shifts - shifts[best, None]) ** 2, axis=1)
-        errors = np.sqrt(spread + 1.0 / (12.0 * _FINER**2))
+        for i, (peak, noise) in enumerate(zip(peaks, noises, strict=True)):
+            model = peak * shown + noise
+            variance = _variance(noise / model, differ)
+            squares = np.mean((own[i] - np.log(model)) ** 2 / variance, axis=1)
+            sizes = np.mean(np.log(variance), axis=1)
+            misfit = max(float(squares[np.argmin(squares + sizes)]), 1.0)
+            costs = 0.5 * free * len(places) * (squares + sizes) / misfit
+            best = shifts[np.argmin(costs)]
+            weights = np.exp(costs.min() - costs)
+            spread = float(weights @ (shifts - best) ** 2 / weights.sum())
+            times[i] += best
+            errors[i] = np.sqrt(spread + 1.0 / (12.0 * _FINER**2))
     return times, errors
+
+
+def _variance(quiet: Array, differ: Array) -> Array:
+    """Of the logarithm of an energy; `quiet`: part of it that is noise.
+
+    Of two degrees of freedom: π²/6 for noise alone, twice its part where it is small.
+    """
+    return np.asarray(quiet * (2.0 - (2.0 - np.pi**2 / 6.0) * quiet) + differ * (1.0 - quiet) ** 2)
+
+
+def _differences(rest: Array, quiet: Array, window: int) -> Array:
+    """Variance of the logarithm of what hits differ in, at each place of the shape."""
+    loud = (1.0 - quiet) ** 2
+    found = np.sum((rest**2 - _variance(quiet, np.zeros(1))) * loud, axis=0)
+    found /= np.maximum(np.sum(loud**2, axis=0), _LEAST)
+    smooth = np.pad(np.maximum(found, 0.0), window, "edge")
+    mean = np.convolve(smooth, np.full(2 * window + 1, 1.0 / (2 * window + 1)), "valid")
+    return np.asarray(np.maximum(mean, _LEAST))
 
 
 def _independent(rest: Array) -> float:

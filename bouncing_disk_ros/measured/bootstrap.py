@@ -14,9 +14,9 @@ from dataclasses import replace
 import numpy as np
 
 from bouncing_disk_ros.errors import FailedError
-from bouncing_disk_ros.measured.estimate import LEVEL, Array, Interval, Node, Profiles
 from bouncing_disk_ros.measured.kernels.rest_laws import FREQUENCY, PHASE, RESTITUTION
 from bouncing_disk_ros.measured.predict import flown_on
+from bouncing_disk_ros.measured.profiles import LEVEL, Array, Interval, Node, Profiles
 
 SEED = 20092
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import yaml
@@ -14,8 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from bouncing_disk_ros.errors import FailedError, InputError, one_line
 from bouncing_disk_ros.field_checks import number
 from bouncing_disk_ros.measured.bootstrap import bootstrapped
-from bouncing_disk_ros.measured.estimate import LEVEL, Array, Data, Interval, Model, Profiles
-from bouncing_disk_ros.measured.goodness import probability_of
+from bouncing_disk_ros.measured.goodness import evidence_of, probability_of
 from bouncing_disk_ros.measured.kernels.rest_laws import (
     AMPLITUDE,
     FREQUENCY,
@@ -35,6 +35,15 @@ from bouncing_disk_ros.measured.predict import (
     predicted,
     rest_parameters,
 )
+from bouncing_disk_ros.measured.profiles import (
+    LEVEL,
+    Array,
+    Data,
+    Interval,
+    Model,
+    Profiles,
+    interval_text,
+)
 from bouncing_disk_ros.measured.reading import Recording, recording_of
 from bouncing_disk_ros.measured.sequence import Chain, at_rest, chain_of
 from bouncing_disk_ros.measured.starts import first_values, other_frequency
@@ -50,10 +59,15 @@ NOMINAL = 1e-6
 """Errors that are not given are multiples of this, s."""
 _VOID = 1e3
 """Error of a missed impact, in errors of a measured one: it pulls by a millionth."""
-_LEAST_KEPT = 0.5
-"""A chain of flights holds a larger part of the hits: two that share no hit cannot both."""
 _FEWEST = 7
 """Times with more equations than ε, A, φ and ω: others have a frequency for which all is exact."""
+_USUAL, _TRIED = 4, 12
+"""First values that are fitted, and those that chains are looked for with.
+
+Clean hits have one. False hits and contacts can make a wrong one the first.
+"""
+_FEWEST_ALONE = 4
+"""Hits that may be flights of a second disk: with three there is one equation for ε."""
 _MOST_SCANNED = 120
 """Times in which another frequency is looked for: more frequencies are tried in longer ones."""
 _HIGHEST = 1e3
@@ -83,7 +97,8 @@ class ImpactFit:
     `probability`: of residuals as odd as these if the model is true; nan with too few
     impacts, or if the residuals are rounding of the times. `possible`: probability that no flight
     goes below the platform. `other_frequency`: a frequency that the times fit better than the
-    one of the fit, Hz, or nan.
+    one of the fit, Hz, or nan. `chance`: probability, at most, that hits of no law have flights as
+    likely as these. `second`: the fit of rejected hits, where they are flights of a second disk.
     `untold`: parameters that these data do not tell. `laws`: at rest, laws of the restitution with
     their evidence, the constant one first. `prediction`: impacts to come, with a constant one.
     `sound`: where the hits were heard, or None.
@@ -104,6 +119,8 @@ class ImpactFit:
     probability: float
     possible: float
     other_frequency: float
+    chance: float
+    second: ImpactFit | None
     untold: tuple[str, ...]
     laws: tuple[Law, ...]
     prediction: Prediction
@@ -143,13 +160,18 @@ class ImpactFit:
     @property
     def doubt(self) -> str:
         """Why the model is rejected or doubtful, in words; '' where nothing speaks against it."""
+        if self.second is not None:
+            other = interval_text(self.second["restitution"])
+            return f"two sequences: of {len(self.rejected)} rejected hits, some have ε = {other}"
         if self.other_frequency > 0.0:
             return f"the model does not hold: the times fit {self.other_frequency:.5g} Hz better"
-        if self.possible < 1.0 - LEVEL:
+        if self.possible < LEVEL:
             what = (
                 "the model does not hold" if self.possible < _REFUTED else "the model is doubtful"
             )
             return f"{what}: flights go below the platform"
+        if self.chance > _REFUTED:
+            return "the model does not hold: hits of no law have such flights too"
         if self.probability < _REFUTED:
             return "the model does not hold: of true ones, one in a hundred has such residuals"
         if self.probability < 1.0 - LEVEL:
@@ -161,7 +183,8 @@ class ImpactFit:
         """Parameters of the simulator.
 
         InputError where the data do not tell them, or tell a law that it does not have or another
-        frequency, or where `probability` or `possible` is below 1 %: the model is refuted.
+        frequency, or two sequences, or where `probability` or `possible` is below 1 %, or `chance`
+        above: the model is refuted.
         """
         if self.untold:
             given, hint = ", ".join(self.untold), "Record a transient, or more impacts"
@@ -171,6 +194,9 @@ class ImpactFit:
             given = f"{law.text}, {law.evidence(self.laws[0])}"
             hint = "The simulator has no such law. `laws` has its parameters."
             raise InputError("preset", given, "a constant restitution", hint)
+        if self.second is not None:
+            hint = "Give the hits of one disk: `rejected` are those of the other."
+            raise InputError("preset", "two sequences", "the hits of one disk", hint)
         if self.other_frequency > 0.0:
             allowed = f"{self.other_frequency:.5g} Hz, which the times fit better"
             hint = "Is the frequency right? Was the disk in contact?"
@@ -179,6 +205,10 @@ class ImpactFit:
             given = f"flights above the platform with the probability {self.possible:.2g}"
             hint = "The model does not hold: a contact was not found, or the frequency is wrong."
             raise InputError("preset", given, f"a probability of at least {_REFUTED}", hint)
+        if self.chance > _REFUTED:
+            given = f"flights that hits of no law have with a probability up to {self.chance:.2g}"
+            hint = "The model does not hold: too many hits are left out, or the scatter is large."
+            raise InputError("preset", given, f"a probability up to {_REFUTED}", hint)
         if self.probability < _REFUTED:
             given = f"residuals that have the probability {self.probability:.2g}"
             hint = "The model does not hold: no contact, spin or other motion is in it."
@@ -289,6 +319,15 @@ def _reference(
     return phase - frequency * delay, math.hypot(error, frequency * delay_error)
 
 
+class _Sequence(NamedTuple):
+    """Data without false hits and with missed impacts, their fit, their chain and its evidence."""
+
+    data: Data
+    profiles: Profiles
+    chain: Chain
+    evidence: float
+
+
 @dataclass(frozen=True)
 class _Known:
     """What is known beside the times; 0: not known."""
@@ -319,7 +358,8 @@ class _Known:
         if self.height == 0.0 and self.gravity * typical**2 / 8.0 > _HIGHEST:
             hint = "Milliseconds? Divide by 1000, or call the column of a text time_ms."
             raise InputError("times", f"flights of {typical:.4g} s", "times in seconds", hint)
-        data, profiles, rejected = self._in_sequence(recording, errors)
+        data, profiles, chain, evidence = self._in_sequence(recording, errors)
+        rejected = np.delete(recording.times, chain.kept)
         draws = draws_of(profiles)
         parameters = self._parameters(profiles, draws)
         _check(recording.name, parameters["restitution"])
@@ -343,19 +383,18 @@ class _Known:
             np.where(missed, np.nan, data.times[hits] - times), missed, rejected,
             flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0], contacts, probability,
             part_possible(profiles, draws), self._other_frequency(recording, errors, profiles),
+            math.exp(-max(evidence, 0.0)),
+            self._second(recording, errors, chain),
             _untold(parameters) if is_told else tuple(parameters), laws,
-            predicted(profiles, draws) if is_told else NOTHING, profiles,
-            recording.sound,
+            predicted(profiles, draws) if is_told else NOTHING, profiles, recording.sound,
         )  # fmt: skip
 
-    def _in_sequence(
-        self, recording: Recording, errors: Array | None
-    ) -> tuple[Data, Profiles, Array]:
-        """Data without false hits and with missed impacts, their fit, and the false hits.
+    def _in_sequence(self, recording: Recording, errors: Array | None) -> _Sequence:
+        """Data without false hits and with missed impacts, and their fit.
 
         On a vibrating platform the fit says which hits are false, and these change the fit, until
         a chain comes again. That ends: hits have finitely many chains. Where no chain of flights
-        holds most of the hits, all of them stay.
+        is likelier than hits of no law, all hits stay.
         """
         times = recording.times
         if self.fall_time and self.frequency:
@@ -366,38 +405,76 @@ class _Known:
             seen.append(chain)
             data = self._data(recording, errors, chain)
             profiles = self._profiles(recording.name, data)
-            is_whole = len(chain.kept) == len(times) and not len(chain.missed)
-            if self.frequency == 0.0 or is_whole:
+            if self.frequency == 0.0 or chain.holds_all(len(times)):
                 break
             found = self._chain(times, [profiles.estimate])
-        return data, profiles, np.delete(times, chain.kept)
+        return _Sequence(data, profiles, chain, evidence_of(profiles, self._odd(times, chain)))
+
+    def _odd(self, times: Array, chain: Chain) -> int:
+        """Hits that are left out, missed impacts and contacts."""
+        heard = len(self._heard(times))
+        return heard - len(chain.kept) + len(chain.missed) + len(chain.contacts)
+
+    def _second(self, recording: Recording, errors: Array | None, chain: Chain) -> ImpactFit | None:
+        """The fit of the hits that a chain leaves out; None where they are no flights.
+
+        On a vibrating platform some of them are heard during the flights of the chain: one disk
+        cannot have both. Other ones can be those of chatter, or after a contact.
+        """
+        times = recording.times
+        left = np.setdiff1d(self._heard(times), chain.kept)
+        flight = np.searchsorted(chain.kept, left) - 1
+        is_during = (flight >= 0) & (flight < len(chain.kept) - 1)
+        is_during &= ~np.isin(flight, chain.contacts)
+        is_during |= self.frequency == 0.0
+        if len(left) < _FEWEST_ALONE or not is_during.any():
+            return None
+        part = replace(recording, times=times[left], sound=None)
+        try:
+            found = replace(self, height=0.0, fall_time=0.0).fit(
+                part, None if errors is None else errors[left]
+            )
+        except (InputError, FailedError):
+            return None
+        is_other = np.isin(times[left[is_during]], found.rejected, invert=True).any()
+        return found if is_other and found.chance <= _REFUTED else None
 
     def _first_chain(self, recording: Recording, errors: Array | None) -> Chain:
         """By first values from all hits, then from those that the chain holds, without contacts."""
         times = recording.times
         if self.frequency == 0.0:
             return self._chain(times, [])
-        found, seen = self._chain(times, self._starts(times)[:2]), list[Chain]()
+        found, seen = self._chain(times, self._starts(times, most=_TRIED)), list[Chain]()
         while not any(found.is_like(one) for one in seen):
+            if found.holds_all(len(times)) and not len(found.contacts):
+                break
             seen.append(found)
             data = self._data(recording, errors, found)
-            found = self._chain(times, self._starts(data.times, data.kinds != VOID)[:2])
+            starts = self._starts(data.times, data.kinds != VOID, _TRIED)
+            found = self._chain(times, starts)
         return found
 
     def _chain(self, times: Array, tried: list[Array]) -> Chain:
-        heard = _heard(times, self.dead_time)
-        if len(heard) < 3:
-            allowed = "a time after which three hits or more are heard"
-            raise InputError("dead_time", self.dead_time, allowed)
-        hits = times[heard]
+        heard = self._heard(times)
         if self.frequency == 0.0:
-            found = at_rest(hits, self.gravity, self.dead_time)
+            found = at_rest(times[heard], self.gravity, self.dead_time)
         else:
-            found = chain_of(hits, np.array(tried), self.gravity, self.dead_time)
-        if len(found.kept) < 3 or len(found.kept) <= _LEAST_KEPT * len(hits):
+            found = chain_of(times[heard], np.array(tried), self.gravity, self.dead_time)
+        if len(found.kept) < 3 or not found.evidence > 0.0:
             nothing = np.empty(0)
             return Chain(heard, nothing, nothing.astype(np.int64), found.parameters)
         return replace(found, kept=heard[found.kept])
+
+    def _heard(self, times: Array) -> NDArray[np.int64]:
+        """Indices of hits that a detector can hear after the one before."""
+        found = [0]
+        for i in range(1, len(times)):
+            if times[i] - times[found[-1]] > self.dead_time:
+                found.append(i)
+        if len(found) < 3:
+            allowed = "a time after which three hits or more are heard"
+            raise InputError("dead_time", self.dead_time, allowed)
+        return np.array(found)
 
     def _other_frequency(
         self, recording: Recording, errors: Array | None, profiles: Profiles
@@ -426,11 +503,12 @@ class _Known:
 
     def _profiles(self, name: str, data: Data) -> Profiles:
         model = Model(self.free, self.gravity, self.scatter, self.phase)
-        tried = [
-            Profiles(data, model, start) for start in self._starts(data.times, data.kinds != VOID)
-        ]
-        profiles = min(tried, key=lambda one: one.cost(one.best))
-        if not profiles.cost(profiles.best) < math.inf:
+        tried = []
+        for start in self._starts(data.times, data.kinds != VOID):
+            with contextlib.suppress(np.linalg.LinAlgError):  # its end tells nothing
+                tried.append(Profiles(data, model, start))
+        profiles = min(tried, key=lambda one: one.cost(one.best), default=None)
+        if profiles is None or not profiles.cost(profiles.best) < math.inf:
             raise FailedError(f"{name}: no model fits; is the frequency right? was it in contact?")
         return profiles
 
@@ -453,7 +531,9 @@ class _Known:
         return Data(times[order], sizes[order], missed, self.time_error > 0.0, least / nominal,
                     self.fall_time > 0.0, tuple(int(place) for place in contacts))  # fmt: skip
 
-    def _starts(self, times: Array, told: NDArray[np.bool_] | None = None) -> list[Array]:
+    def _starts(
+        self, times: Array, told: NDArray[np.bool_] | None = None, most: int = _USUAL
+    ) -> list[Array]:
         if self.frequency == 0.0:
             flights = np.diff(times)
             start = np.zeros(PARAMETERS)
@@ -465,7 +545,7 @@ class _Known:
         phase = self.phase and self.phase[0]
         found: list[Array] = []
         for w in tried:
-            found += first_values(times, float(w), self.gravity, phase, told=told)
+            found += first_values(times, float(w), self.gravity, phase, most, told)
         for p in found:
             p[AMPLITUDE] = self.amplitude or p[AMPLITUDE]
         return found
@@ -533,20 +613,12 @@ def _turned(phase: Interval) -> Interval:
     return Interval(*(x - turns for x in (phase.value, phase.low, phase.high)))
 
 
-def _heard(times: Array, dead_time: float) -> NDArray[np.int64]:
-    """Indices of hits that a detector can hear after the one before."""
-    found = [0]
-    for i in range(1, len(times)):
-        if times[i] - times[found[-1]] > dead_time:
-            found.append(i)
-    return np.array(found)
-
-
 def _untold(parameters: dict[str, Interval]) -> tuple[str, ...]:
     """The parameters whose interval leaves them as open as they were without data.
 
-    That is an end of the range in the interval, or more than half of a bounded range: a settled
-    orbit of period 2 can bound ε by where it exists at all, 0.02 to 0.94.
+    That is an end of the range in the interval, or more than half of a bounded range. Such data do
+    not even tell in which half it is, one bit: a settled orbit of period 2 can bound ε by where it
+    exists at all, 0.02 to 0.94.
     """
     ranges = {
         "restitution": (0.0, 1.0, 0.5),

@@ -9,11 +9,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros import folders
+from bouncing_disk_ros.command_line.start import Start, figure_kinds, option_values
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.ros.startup import Start, figure_kinds, option_values, run_without_ros
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.measured.fit import ImpactFit
@@ -65,13 +64,13 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.add_argument("recording", help="a text with a column of seconds, a sound, or a bag")
     parser.add_argument("output", nargs="?", help="name of the files; default: RECORDING_fit")
     given = start.parse()
-    return run_without_ros(NAME, partial(_fit, start, given))
+    return start.run(partial(_fit, start, given))
 
 
 def _fit(start: Start, given: argparse.Namespace) -> int:
     values = option_values(start.overrides, OPTIONS)
     kinds = figure_kinds(str(values.pop("figures")))
-    with start.stop.importing():
+    with start.stop.loading():
         announce_compilation(NAME)
         from bouncing_disk_ros.measured.fit import fit_impacts
         from bouncing_disk_ros.measured.picture import lines_of
@@ -114,7 +113,6 @@ def _write_pages(fit: ImpactFit, files: Sequence[Path]) -> None:
             page = html_page(title, subtitle, drawn, tables_of(fit), about)
             replaced(file, partial(Path.write_text, data=page, encoding="utf-8"))
         else:
-            folders.use_matplotlib_folder()
             from bouncing_disk_ros.report.report_page import panels_page, save_page
 
             replaced(file, partial(save_page, panels_page(title, subtitle, drawn)))

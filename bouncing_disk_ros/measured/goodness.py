@@ -6,6 +6,9 @@ linearised model): von Neumann's ratio of neighbours in time, in speed and in ph
 of the ratio of the mean square successive difference to the variance", 1941), the largest one, and
 where errors are given the sum of squares. The least probability of these is compared with that of
 the draws.
+
+Chance: hits that follow no law have chains of flights too, if enough of them are left out. So the
+chain is compared with hits each of whose intervals has a density of one over itself.
 """
 
 from __future__ import annotations
@@ -15,9 +18,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.measured.estimate import Array, Node, Profiles
 from bouncing_disk_ros.measured.kernels.likelihood import whitened_residuals
 from bouncing_disk_ros.measured.kernels.rest_laws import FREQUENCY, PHASE, VOID
+from bouncing_disk_ros.measured.profiles import Array, Node, Profiles
+from bouncing_disk_ros.measured.sequence import ODD
 
 SEED = 20091
 _DRAWS, _NUMBERS = 2000, 2_000_000
@@ -54,6 +58,31 @@ def probability_of(profiles: Profiles, speeds: Array) -> float:
     smaller = [np.searchsorted(np.sort(column), column) for column in odd.T]
     least = 1.0 - np.max(smaller, axis=0) / len(odd)
     return float(np.mean(least <= least[0]))
+
+
+def evidence_of(profiles: Profiles, odd: int) -> float:
+    """Logarithm of how much likelier the flights of a chain are than hits of no law.
+
+    `odd`: hits that are left out, missed impacts and contacts, each with the cost that it has in
+    the search for the chain. The likelihood is integrated over the parameters as by Schwarz
+    ("Estimating the dimension of a model", 1978): each costs half of the logarithm of the number of
+    equations. If hits of no law are the truth, the ratio of both likelihoods exceeds x with a
+    probability of 1/x at most (Markov's inequality).
+    """
+    node, data, model = profiles.best, profiles.data, profiles.model
+    if profiles.degrees < 1 and not data.is_absolute:
+        return 0.0
+    scale = profiles.scale(node)
+    told = (data.kinds != VOID) & ~data.missed[2:]
+    measured = np.maximum.accumulate(np.where(data.missed, -np.inf, data.times))
+    intervals = data.times[2:] - measured[1:-1]
+    spreads = math.sqrt(math.tau) * scale * data.errors[2:]
+    evidence = -0.5 * (node.squares / scale**2 + node.log_det)
+    evidence += float(np.sum(np.log(intervals[told] / spreads[told])))
+    if model.phase is not None:
+        evidence += math.log(math.sqrt(math.tau) / scale)
+    count = len(model.free) + (not data.is_absolute) + (model.scatter is None)
+    return evidence - 0.5 * count * math.log(max(profiles.count, 1)) - ODD * odd
 
 
 def _statistics(rows: Array, orders: list[NDArray[np.int64]], is_absolute: bool) -> Array:

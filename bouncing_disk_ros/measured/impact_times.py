@@ -8,10 +8,9 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from bouncing_disk_ros import folders
+from bouncing_disk_ros.command_line.start import Start, figure_kinds, option_values
 from bouncing_disk_ros.errors import ExitCode, MissingLibraryError
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.ros.startup import Start, figure_kinds, option_values, run_without_ros
 
 NAME = "impact_times"
 _ABOUT = """The hits in the sound of impacts: their times with errors. The sound is a WAV, FLAC, OGG
@@ -30,13 +29,12 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.add_argument("sound", help="a sound file")
     parser.add_argument("output", nargs="?", help="name of the files; default: SOUND_times")
     given = start.parse()
-    return run_without_ros(NAME, partial(_hear, start, given))
+    return start.run(partial(_hear, start, given))
 
 
 def _hear(start: Start, given: argparse.Namespace) -> int:
     kinds = figure_kinds(str(option_values(start.overrides, OPTIONS)["figures"]))
-    folders.use_matplotlib_folder()
-    with start.stop.importing():
+    with start.stop.loading():
         try:
             from bouncing_disk_ros.measured.sound import impact_times
         except ModuleNotFoundError as error:

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bouncing_disk_ros.measured.estimate import Array, Interval, Model, Profiles
 from bouncing_disk_ros.measured.kernels.rest_laws import DRAG, RESTITUTION, SLOPE
+from bouncing_disk_ros.measured.profiles import Array, Interval, Model, Profiles
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from bouncing_disk_ros.measured.estimate import LEVEL, Array, Interval, interval_text
 from bouncing_disk_ros.measured.fit import ImpactFit
 from bouncing_disk_ros.measured.kernels.rest_laws import AMPLITUDE, FREQUENCY, PHASE
 from bouncing_disk_ros.measured.laws import Law, other_law
+from bouncing_disk_ros.measured.profiles import Array, Interval, interval_text
 from bouncing_disk_ros.report.panel import Panel, SeriesStyle, Table, series
 
 UNITS = {
@@ -94,7 +94,7 @@ def lines_of(fit: ImpactFit) -> list[str]:
 
 def _goodness_text(fit: ImpactFit) -> str:
     verdict = fit.doubt or "the model is not refuted"
-    if fit.other_frequency > 0.0 or fit.possible < 1.0 - LEVEL:
+    if fit.doubt and "residuals" not in fit.doubt:
         return verdict
     if math.isnan(fit.probability):
         return "not told: too few impacts, or residuals that are rounding of the times"

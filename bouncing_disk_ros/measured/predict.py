@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bouncing_disk_ros.measured.estimate import LEVEL, Array, Interval, Node, Profiles
 from bouncing_disk_ros.measured.kernels.likelihood import solve_factored
 from bouncing_disk_ros.measured.kernels.rest_laws import AMPLITUDE, FREQUENCY, PHASE, RESTITUTION
+from bouncing_disk_ros.measured.profiles import LEVEL, Array, Interval, Node, Profiles
 
 SEED = 20090
 MOST_IMPACTS = 20

@@ -10,6 +10,12 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 _RESTITUTIONS = np.linspace(0.02, 0.98, 33)
 _ROUNDS = 6
+_TURNS = 15
+"""Of weights that fall with the squares of errors: values nearby come to the same minimum."""
+_ROUNDING = 1e-14
+"""Of velocities."""
+_SAME = 1e-2
+"""Parts by which values differ that have the same minimum."""
 _OFF = 0.02
 """Of a frequency: how far off others are tried."""
 _HALVINGS = 4
@@ -23,17 +29,20 @@ def first_values(
 ) -> list[Array]:  # fmt: skip
     """Likely parameters (ε, A, φ, ω, 0, 0), the best first.
 
-    Each impact is u - ṡ = -ε(v - ṡ), with take-off u and landing v from times and s alone. The sum
-    of absolute errors is minimised (weighted least squares), so some wrong times do not matter.
-    `phase`: φ, if it is known. `told` (N - 2): which impacts have flights on both sides.
+    Each impact is u - ṡ = -ε(v - ṡ), with take-off u and landing v from times and s alone. Flights
+    across a contact or a false hit break some of these equations by far. So from the least absolute
+    errors for each ε the weights of the equations fall with the squares of their errors, and the
+    least mean logarithm of the errors is the best. `phase`: φ, if it is known. `told` (N - 2):
+    which impacts have flights on both sides.
     """
-    found = _fitted(times, frequency, gravity, phase, told)
-    costs = [math.inf, *(cost for cost, _ in found), math.inf]
-    lowest = [
-        i - 1 for i in range(1, len(costs) - 1) if costs[i] <= min(costs[i - 1], costs[i + 1])
-    ]
-    chosen = sorted((found[i] for i in lowest), key=lambda pair: pair[0])
-    return [p for _, p in chosen[:most]]
+    equations = _Equations(times, frequency, gravity, told)
+    errors, found = _redescended(equations, _fitted(equations, phase)[1], phase)
+    scale = max(float(np.median(errors, axis=1).min()), _ROUNDING * equations.size)
+    chosen: list[Array] = []
+    for one in found[np.argsort(np.log(errors + scale).mean(axis=1), kind="stable")]:
+        if all(np.abs(one - other).max() > _SAME * np.abs(other).max() for other in chosen):
+            chosen.append(one)
+    return [equations.parameters(one, phase) for one in chosen[:most]]
 
 
 def other_frequency(
@@ -53,7 +62,7 @@ def other_frequency(
     tried += [0.5 * frequency, 2.0 * frequency]
 
     def cost(w: float) -> float:
-        return min(cost for cost, _ in _fitted(times, w, gravity, phase, None))
+        return float(_fitted(_Equations(times, w, gravity, None), phase)[0].min())
 
     given, best = cost(frequency), min(tried, key=cost)
     for _ in range(_HALVINGS):
@@ -64,28 +73,87 @@ def other_frequency(
     return float(best) if evidence > 2.0 * math.log(len(tried) / _CHANCE) else None
 
 
-def _fitted(
-    times: Array, frequency: float, gravity: float, phase: float | None,
-    told: NDArray[np.bool_] | None,
-) -> list[tuple[float, Array]]:  # fmt: skip
-    """For each restitution the mean absolute error of the equations, and the parameters."""
-    tm, tp = np.diff(times)[:-1], np.diff(times)[1:]
-    s, d = _bases(times, frequency)
-    up, down, here = np.diff(s)[:, 1:] / tp, np.diff(s)[:, :-1] / tm, d[:, 1:-1]
-    used = np.ones(len(tm), bool) if told is None else told
-    found = []
-    for restitution in _RESTITUTIONS:
-        rows = (up + restitution * down - (1.0 + restitution) * here).T[used]
-        wanted = -0.5 * gravity * (tp - restitution * tm)[used]
-        if phase is not None:
-            towards = np.array([math.cos(phase), math.sin(phase)])
-            one, cost = _robust(rows @ towards[:, None], wanted)
-            size, angle = abs(float(one[0])), phase
-        else:
-            pair, cost = _robust(rows, wanted)
-            size, angle = math.hypot(*pair), math.atan2(pair[1], pair[0])
-        found.append((cost, np.array([restitution, size, angle, frequency, 0.0, 0.0])))
-    return found
+class _Equations:
+    """u - ṡ + ε(v - ṡ) of inner impacts, with the platform a sin ωt + b cos ωt.
+
+    For a given ε they are linear in a and b.
+    """
+
+    def __init__(
+        self, times: Array, frequency: float, gravity: float, told: NDArray[np.bool_] | None
+    ) -> None:
+        self.frequency, self.gravity = frequency, gravity
+        used = np.ones(len(times) - 2, bool) if told is None or not told.any() else told
+        before, after = np.diff(times)[:-1], np.diff(times)[1:]
+        s, d = _bases(times, frequency)
+        self._flights = before[used], after[used]
+        here = d[:, 1:-1]
+        self._up = (np.diff(s)[:, 1:] / after - here).T[used]
+        self._down = (np.diff(s)[:, :-1] / before - here).T[used]
+
+    @property
+    def size(self) -> float:
+        """Of their parts, m/s."""
+        return self.gravity * float(np.mean(self._flights))
+
+    def errors(self, values: Array, towards: Array) -> tuple[Array, Array]:
+        """Errors (K, N - 2) at K values (ε, a, b), and their slopes by ε and along `towards`."""
+        restitution = values[:, :1]
+        up = values[:, 1:] @ self._up.T + 0.5 * self.gravity * self._flights[1]
+        down = values[:, 1:] @ self._down.T - 0.5 * self.gravity * self._flights[0]
+        along = self._up + restitution[:, :, None] * self._down
+        return up + restitution * down, np.concatenate([down[:, :, None], along @ towards], axis=2)
+
+    def parameters(self, one: Array, phase: float | None) -> Array:
+        """ε, A, φ, ω, 0, 0 of (ε, a, b); `phase`: φ, if it is known."""
+        size, angle = math.hypot(one[1], one[2]), math.atan2(one[2], one[1])
+        angle = angle if phase is None else phase
+        return np.array([one[0], size, angle, self.frequency, 0.0, 0.0])
+
+
+def _fitted(equations: _Equations, phase: float | None) -> tuple[Array, Array]:
+    """For each of K restitutions the least mean absolute error of the equations, and (ε, a, b)."""
+    towards = _towards(phase)
+    found = np.zeros((len(_RESTITUTIONS), 3))
+    found[:, 0] = _RESTITUTIONS
+    weights = np.ones((len(found), 1))
+    for _ in range(_ROUNDS):
+        rest, slopes = equations.errors(found, towards)
+        found[:, 1:] += _weighted(slopes[:, :, 1:], rest, weights) @ towards.T
+        errors = np.abs(equations.errors(found, towards)[0])
+        mean = np.maximum(errors.mean(axis=1, keepdims=True), 1e-300)
+        weights = mean / np.maximum(errors, 1e-3 * mean)
+    return mean[:, 0], found
+
+
+def _towards(phase: float | None) -> Array:
+    """Directions of (a, b) that are left by a known phase, in columns."""
+    return np.eye(2) if phase is None else np.array([[math.cos(phase)], [math.sin(phase)]])
+
+
+def _redescended(equations: _Equations, values: Array, phase: float | None) -> tuple[Array, Array]:
+    """Absolute errors (K, N - 2) and (ε, a, b), from K values nearby; ε stays between 0 and 1."""
+    towards, found = _towards(phase), values.copy()
+    least = _ROUNDING * equations.size
+    for _ in range(_TURNS):
+        rest, slopes = equations.errors(found, towards)
+        scale = np.maximum(np.median(np.abs(rest), axis=1, keepdims=True), least)
+        steps = _weighted(slopes, rest, scale**2 / (scale**2 + rest**2))
+        found[:, 0] = np.clip(found[:, 0] + steps[:, 0], 0.0, 1.0)
+        found[:, 1:] += steps[:, 1:] @ towards.T
+    return np.abs(equations.errors(found, towards)[0]), found
+
+
+def _weighted(slopes: Array, rest: Array, weights: Array) -> Array:
+    """Steps (K, M) to the least weighted squares of errors (K, N) with slopes (K, N, M)."""
+    sides = slopes * weights[:, :, None]
+    matrices = np.swapaxes(slopes, 1, 2) @ sides
+    sizes = np.sqrt(np.maximum(np.einsum("kii->ki", matrices), 1e-300))
+    inverse = np.linalg.pinv(
+        matrices / (sizes[:, :, None] * sizes[:, None, :]), rcond=1e-12, hermitian=True
+    )
+    pulls = np.einsum("knm,kn->km", sides, rest) / sizes
+    return np.asarray(-(inverse @ pulls[:, :, None])[:, :, 0] / sizes)
 
 
 def _bases(times: Array, frequency: float) -> tuple[Array, Array]:
@@ -93,17 +161,3 @@ def _bases(times: Array, frequency: float) -> tuple[Array, Array]:
     angle = frequency * times
     sine, cosine = np.sin(angle), np.cos(angle)
     return np.array([sine, cosine]), frequency * np.array([cosine, -sine])
-
-
-def _robust(rows: Array, wanted: Array) -> tuple[Array, float]:
-    """Least absolute errors by weights, and their mean."""
-    weights: Array = np.ones(len(wanted))
-    pair: Array = np.zeros(rows.shape[1])
-    errors: Array = np.abs(wanted)
-    for _ in range(_ROUNDS):
-        root = np.sqrt(weights)
-        found = np.linalg.lstsq(rows * root[:, None], wanted * root, rcond=1e-9)[0]
-        pair = np.asarray(found, float)
-        errors = np.abs(rows @ pair - wanted)
-        weights = 1.0 / np.maximum(errors, 1e-3 * max(float(errors.mean()), 1e-300))
-    return pair, float(errors.mean())

@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from bouncing_disk_ros.maps.distributions import t_probability
-from bouncing_disk_ros.measured.estimate import LEVEL, Array, Interval, interval_text
+from bouncing_disk_ros.measured.profiles import LEVEL, Array, Interval, interval_text
 
 _PHASES = 65
 """At which the extremes of cos τ over an interval of φ are looked for."""

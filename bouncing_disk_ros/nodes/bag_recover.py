@@ -6,10 +6,8 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from bouncing_disk_ros import folders
+from bouncing_disk_ros.command_line.start import Start
 from bouncing_disk_ros.errors import ExitCode
-from bouncing_disk_ros.ros.startup import run_without_ros, split_arguments
-from bouncing_disk_ros.ros.stop import interrupt_on_signals
 
 _ABOUT = """Repair a bag that is incomplete or damaged: copy all its complete chunks into a new
 folder, rebuild index and metadata.yaml, and say what was lost. The original bag is not changed."""
@@ -18,22 +16,18 @@ _EXAMPLE = "ros2 run bouncing_disk_ros bag_recover run_1 run_1_recovered"
 
 def main(args: Sequence[str] | None = None) -> int:
     """Recover a bag; exit code 0 saved, 1 no room, 2 bad input or nothing to be saved, 130."""
-    parser = argparse.ArgumentParser(
-        prog="bag_recover", description=_ABOUT, epilog=f"example:\n  {_EXAMPLE}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )  # fmt: skip
-    parser.add_argument("bag", help="the folder of a bag, or one .mcap file")
-    parser.add_argument("output", nargs="?", help="a new folder; default: BAG_recovered")
-    given = parser.parse_args(split_arguments(args)[0])
-    interrupt_on_signals()
-    folders.use_package_index()
-    unfinished = "\nbag_recover: interrupted; the new folder is not whole, delete it"
-    return run_without_ros("bag_recover", lambda: _recover(given), given.bag, unfinished)
+    start = Start("bag_recover", _ABOUT, None, _EXAMPLE, args, ExitCode.INTERRUPTED)
+    start.parser.add_argument("bag", help="the folder of a bag, or one .mcap file")
+    start.parser.add_argument("output", nargs="?", help="a new folder; default: BAG_recovered")
+    given = start.parse()
+    unfinished = "; the new folder is not whole, delete it"
+    return start.run(lambda: _recover(start, given), given.bag, unfinished)
 
 
-def _recover(given: argparse.Namespace) -> int:
-    from bouncing_disk_ros import bag
-    from bouncing_disk_ros.bag.walk import walking
+def _recover(start: Start, given: argparse.Namespace) -> int:
+    with start.stop.loading():
+        from bouncing_disk_ros import bag
+        from bouncing_disk_ros.bag.walk import walking
 
     with walking("bag_recover") as watch:
         report = bag.recover(given.bag, given.output, watch)

@@ -9,14 +9,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros import folders
+from bouncing_disk_ros.command_line.start import Start, figure_kinds
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.executables import PROVE_BAG, loaded
 from bouncing_disk_ros.field_checks import whole
-from bouncing_disk_ros.folders import use_matplotlib_folder
 from bouncing_disk_ros.kernel_cache import announce_compilation
-from bouncing_disk_ros.ros.startup import figure_kinds, run_without_ros, split_arguments
-from bouncing_disk_ros.ros.stop import ending_at_once, interrupt_on_signals
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.report.run_report import Report
@@ -25,7 +22,7 @@ _ABOUT = """Report on a recorded run, from its bag alone: impacts, next-collisio
 map, period found, rotor speed with its transient, energy, real-time quality and loss, and estimates
 of restitution and friction. A summary goes to the terminal; a page with interactive plots (opens
 without network) and a page of figures go into files."""
-_EXAMPLES = """  ros2 run bouncing_disk_ros bag_report run_1
+_EXAMPLES = """ros2 run bouncing_disk_ros bag_report run_1
       writes run_1_report.html and run_1_report.png
   ros2 run bouncing_disk_ros bag_report run_1 --prove
       proves each event of the run in interval arithmetic, instead of a report
@@ -49,45 +46,39 @@ _OPTIONS: dict[str, tuple[type, object, str]] = {
 """Name, type, default and help of each option."""
 
 
-def parser() -> argparse.ArgumentParser:
-    """The command line."""
-    made = argparse.ArgumentParser(
-        prog=NAME, description=_ABOUT, epilog=f"examples:\n{_EXAMPLES}",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )  # fmt: skip
-    made.add_argument("bag", help="the folder of a bag, or one .mcap file")
-    made.add_argument(
+def main(args: Sequence[str] | None = None) -> int:
+    """Report on a bag; exit code 0 done, 1 failed or refuted, 2 bad input, 130 interrupted."""
+    start = Start(NAME, _ABOUT, None, _EXAMPLES, args, ExitCode.INTERRUPTED)
+    with_options(start.parser)
+    given = start.parse()
+    return start.run(lambda: _report(start, given), given.bag)
+
+
+def with_options(parser: argparse.ArgumentParser) -> argparse.ArgumentParser:
+    """A parser that has been given what this executable takes."""
+    parser.add_argument("bag", help="the folder of a bag, or one .mcap file")
+    parser.add_argument(
         "output", nargs="?",
         help="name of the files without their endings, or a folder; default: BAG_report",
     )  # fmt: skip
     for name, (kind, default, text) in _OPTIONS.items():
         shown = f"; default: {default}" if default else ""
-        made.add_argument(f"--{name}", type=kind, default=default, help=text + shown)
-    made.add_argument("--text-only", action="store_true", help="write no files")
-    made.add_argument(
+        parser.add_argument(f"--{name}", type=kind, default=default, help=text + shown)
+    parser.add_argument("--text-only", action="store_true", help="write no files")
+    parser.add_argument(
         "--prove", action="store_true", help="replay the run and prove each event; write no files"
     )
-    return made
+    return parser
 
 
-def main(args: Sequence[str] | None = None) -> int:
-    """Report on a bag; exit code 0 done, 1 failed or refuted, 2 bad input, 130 interrupted."""
-    with ending_at_once(NAME):
-        given = parser().parse_intermixed_args(split_arguments(args)[0])
-        folders.use_package_index()
-        use_matplotlib_folder()
-    interrupt_on_signals()
-    return run_without_ros(NAME, lambda: _report(given), given.bag, f"\n{NAME}: interrupted")
-
-
-def _report(given: argparse.Namespace) -> int:
+def _report(start: Start, given: argparse.Namespace) -> int:
     if given.prove:
-        with ending_at_once(NAME):
+        with start.stop.loading():
             announce_compilation(NAME)
             prove_bag = loaded(PROVE_BAG)
         return int(prove_bag(given))
     kinds = [] if given.figures.strip() == "none" else figure_kinds(given.figures)
-    with ending_at_once(NAME):
+    with start.stop.loading():
         announce_compilation(NAME)
         import numpy as np
 
@@ -100,7 +91,7 @@ def _report(given: argparse.Namespace) -> int:
         report = read(given)
         print("\n".join(lines(report)), flush=True)
         for file in files:
-            _write(report, file)
+            _write(start, report, file)
             print(f"written: {file}", flush=True)
     return ExitCode.DONE
 
@@ -136,18 +127,18 @@ def read(given: argparse.Namespace) -> Report:
         return report_of(reader.record, reader.source, given.segment)
 
 
-def _write(report: Report, file: Path) -> None:
+def _write(start: Start, report: Report, file: Path) -> None:
     """Write one file whole or not at all."""
     from bouncing_disk_ros.regular_file import replaced
 
     if file.suffix == ".html":
-        with ending_at_once(NAME):
+        with start.stop.loading():
             from bouncing_disk_ros.report.report_html import report_html
 
         text = report_html(report)
         replaced(file, lambda path: path.write_text(text, "utf-8"))
     else:
-        with ending_at_once(NAME):
+        with start.stop.loading():
             from bouncing_disk_ros.report.report_page import report_page, save_page
 
         figure = report_page(report)

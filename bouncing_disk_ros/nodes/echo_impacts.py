@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Sequence
 from functools import partial
 
-from bouncing_disk_ros import environment
+from bouncing_disk_ros.command_line.start import Start
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.ros.startup import Start
 
 _ABOUT = """Print the impacts of disk/impacts as they happen. Ctrl-C ends it. Lost rows and other
 remarks go to stderr."""
@@ -29,17 +27,11 @@ def main(args: Sequence[str] | None = None) -> int:
     """Print impacts; exit code 0 done or interrupted, 1 nothing came in time, 2 bad input."""
     start = Start("echo_impacts", _ABOUT, OPTIONS, _EXAMPLE, args)
     start.parse()
-    environment.end_with_reader()
-    with start.stop.importing():
+    with start.stop.loading():
         from bouncing_disk_ros.nodes.impact_printer import ImpactPrinter
         from bouncing_disk_ros.ros.spin import run_node
 
-    make = partial(ImpactPrinter, OPTIONS)
-    try:
-        return run_node("echo_impacts", start.ros, make, ImpactPrinter.print_all, start.stop)
-    except BrokenPipeError:  # the reader (head, less) has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+    return run_node(start, partial(ImpactPrinter, OPTIONS), ImpactPrinter.print_all)
 
 
 if __name__ == "__main__":

@@ -12,13 +12,14 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 
 from bouncing_disk_ros.bag.loss import Gaps
+from bouncing_disk_ros.command_line.environment import reader_is_gone
+from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.report import impact_text
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 from bouncing_disk_ros.ros.node_tool import options, wait_for
 from bouncing_disk_ros.ros.qos import subscription_to
-from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.throttled_log import RefusalLog
 
 PAGE = 40
@@ -100,7 +101,8 @@ class ImpactPrinter(Node):
             lines.append(impact_text.csv_line(row) if self._csv else impact_text.line(row))
             self.printed += 1
         print("\n".join(lines), flush=True)
-        self._finished = self._once or (self._count > 0 and self.printed >= self._count)
+        enough = self._count > 0 and self.printed >= self._count
+        self._finished = self._once or enough or reader_is_gone()
 
 
 def _cloud(data: bytes) -> PointCloud2:

@@ -6,9 +6,10 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 
+from bouncing_disk_ros.command_line.start import Start
+from bouncing_disk_ros.errors import ExitCode
 from bouncing_disk_ros.folders import share_directory
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.ros.startup import Start
 from bouncing_disk_ros.run.presets import read_yaml_file
 
 _ABOUT = """Publish a programme of platform motions on platform/command as one message, wait until
@@ -36,19 +37,18 @@ def programme_lines() -> str:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Perform a programme; exit code 0 done, 1 nobody listened or obeyed, 2 bad input, 130."""
-    start = Start("perform", _ABOUT, OPTIONS, _EXAMPLE, args)
+    start = Start("perform", _ABOUT, OPTIONS, _EXAMPLE, args, ExitCode.INTERRUPTED)
     parser = start.parser
     parser.usage = "perform [PROGRAMME] [--help] [--ros-args -p NAME:=VALUE ...]"
     parser.add_argument("programme", nargs="?", default="", metavar="PROGRAMME",
                         help="name of a programme, or the path of a YAML file")  # fmt: skip
     parser.epilog = f"{programme_lines()}\n\n{parser.epilog}"
     given = start.parse().programme
-    with start.stop.importing():
+    with start.stop.loading():
         from bouncing_disk_ros.nodes.performer import Performer
         from bouncing_disk_ros.ros.spin import run_node
 
-    make = partial(Performer, OPTIONS, given)
-    return run_node("perform", start.ros, make, Performer.perform, start.stop)
+    return run_node(start, partial(Performer, OPTIONS, given), Performer.perform)
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from rclpy.parameter import parameter_value_to_python
 from std_msgs.msg import String
 from trajectory_msgs.msg import JointTrajectory
 
+from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.core.model import Disk, Motion, MotionInForce
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.maps.period_one import refuse_unsettled
@@ -21,7 +22,6 @@ from bouncing_disk_ros.ros.conversions import programme_to_msg, trajectory_to_ms
 from bouncing_disk_ros.ros.from_messages import msg_to_motion, time_to_ns
 from bouncing_disk_ros.ros.node_tool import options, publishing_nodes, wait_for
 from bouncing_disk_ros.ros.qos import publisher_of, subscription_to
-from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.programmes import FIRST_TOSS, load_programme, start_of
 from bouncing_disk_ros.run.time_map import TimeMap, nanoseconds, scaled
 from bouncing_disk_ros.units import NS

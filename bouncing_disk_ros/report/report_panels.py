@@ -29,11 +29,13 @@ from bouncing_disk_ros.report.panel import (
     with_gaps,
 )
 from bouncing_disk_ros.report.recorded_offset import Offsets, axial_offset
-from bouncing_disk_ros.report.rotor_speed import Speeds, Transient, TransientKind, flown
+from bouncing_disk_ros.report.rotor_speed import Speeds
 from bouncing_disk_ros.report.run_record import HealthReport, State
 from bouncing_disk_ros.report.run_report import Report
 from bouncing_disk_ros.report.section import section_velocity, single_impacts, successive_impacts
 from bouncing_disk_ros.report.spans import RESET, Segment, known
+from bouncing_disk_ros.report.steady_speed import flown
+from bouncing_disk_ros.report.transient import Transient, TransientKind
 
 
 def absent(report: Report, panel: Panel) -> str:

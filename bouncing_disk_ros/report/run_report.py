@@ -28,14 +28,8 @@ from bouncing_disk_ros.report.on_platform import OffPlatform, off_platform
 from bouncing_disk_ros.report.orbit import Orbit, OrbitKind, orbit_of
 from bouncing_disk_ros.report.record_validation import checked_times
 from bouncing_disk_ros.report.recorded_offset import Offsets, axial_offset
-from bouncing_disk_ros.report.rotor_speed import (
-    Mean,
-    RiseTime,
-    Speeds,
-    Transient,
-    tail_begin,
-    transient_of,
-)
+from bouncing_disk_ros.report.rise_time import RiseTime
+from bouncing_disk_ros.report.rotor_speed import Speeds
 from bouncing_disk_ros.report.run_record import HealthReport, RunRecord
 from bouncing_disk_ros.report.spans import (
     Segment,
@@ -45,6 +39,8 @@ from bouncing_disk_ros.report.spans import (
     spans_of,
     time_decimals,
 )
+from bouncing_disk_ros.report.steady_speed import Mean, tail_begin
+from bouncing_disk_ros.report.transient import Transient, transient_of
 
 Rows = NDArray[np.void]
 Column = NDArray[np.float64]

@@ -19,6 +19,8 @@ from bouncing_disk_ros.report.estimate import Estimate
 
 Values = NDArray[np.float64]
 
+LEAST = 8
+"""Fewer times show nothing."""
 _TRIALS = 200
 _LONGEST = 100.0
 """Time constants beyond this many spans are a straight line."""

@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping
 
 from rclpy.node import Node
 
+from bouncing_disk_ros.command_line.start import option_values
+from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.parameters import Spec, Value, items_of
 from bouncing_disk_ros.ros.spin import spin_until
-from bouncing_disk_ros.ros.startup import option_values
-from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.ros.validated_parameters import descriptor_of
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-import sys
 import time
 import warnings
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, TypeVar
 
 import rclpy
@@ -17,10 +17,11 @@ from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from bouncing_disk_ros.environment import security_is_on
-from bouncing_disk_ros.errors import ExitCode, FailedError, InputError, one_line
+from bouncing_disk_ros.command_line.environment import security_is_on
+from bouncing_disk_ros.command_line.start import Start
+from bouncing_disk_ros.command_line.stop import Answer, Stop
+from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.ros.requests import guard_services
-from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.throttled_log import RefusalLog
 
 try:
@@ -77,42 +78,41 @@ def spin(node: Node, stop: Stop) -> int:
 
 
 def run_node(
-    name: str,
-    ros: Sequence[str],
-    make: Callable[[], AnyNode],
-    work: Callable[[AnyNode, Stop], int],
-    stop: Stop,
+    start: Start, make: Callable[[], AnyNode], work: Callable[[AnyNode, Stop], int]
 ) -> int:
-    """Init, make the node, do its work, end in order; the exit code. Every error is one line.
+    """Init, make the node, do its work, end in order; the exit code. Every error is one line."""
+    return start.run(partial(_run_node, start, make, work))
 
-    `ros`: the command line from --ros-args on; `stop` as installed before the slow imports.
-    """
+
+def _run_node(
+    start: Start, make: Callable[[], AnyNode], work: Callable[[AnyNode, Stop], int]
+) -> int:
     try:
-        init([name, *ros])
+        init([start.name, *start.ros])
         with warnings.catch_warnings():  # of what rclpy cannot undo where it could make no node
             warnings.filterwarnings("ignore", "Failed to fini", RuntimeWarning)
-            node = make()
-    except InputError as error:
-        return bad_input(name, error.line)
-    except FailedError as error:
-        bad_input(name, str(error))
-        return ExitCode.FAILED
-    except (InvalidNamespaceException, InvalidNodeNameException, ParameterException) as error:
-        return bad_input(name, str(error))
-    except rclpy_implementation.RCLError as error:
-        return _no_node(name, _describe(error))
-    guard_services(node, RefusalLog(node.get_logger().warning).note)
-    stop.running = True
-    try:
-        return work(node, stop)
-    except InputError as error:
-        return bad_input(name, error.line)
-    except FailedError as error:
-        print(f"{name}: {error}", file=sys.stderr, flush=True)
-        return ExitCode.FAILED
+            node = _made(make, start.ros)
+        guard_services(node, RefusalLog(node.get_logger().warning).note)
+        start.stop.answer = Answer.NOTE
+        try:
+            return work(node, start.stop)
+        finally:
+            node.destroy_node()
     finally:
-        node.destroy_node()
         rclpy.try_shutdown()
+
+
+def _made(make: Callable[[], AnyNode], ros: Sequence[str]) -> AnyNode:
+    """The node; what ROS refuses is an InputError, what the middleware cannot do a FailedError."""
+    try:
+        return make()
+    except (InvalidNamespaceException, InvalidNodeNameException, ParameterException) as error:
+        raise _malformed(ros, str(error)) from None
+    except rclpy_implementation.RCLError as error:
+        why = _describe(error)
+        if security_is_on():
+            raise _no_security(why) from None
+        raise FailedError(f"the middleware cannot make the node: {why}") from None
 
 
 def init(argv: Sequence[str]) -> None:
@@ -123,11 +123,13 @@ def init(argv: Sequence[str]) -> None:
     except Exception as error:  # noqa: BLE001 (rclpy raises several private types here)
         if security_is_on():
             raise _no_security(_describe(error)) from None
-        given = " ".join(argv[1:])
-        raise InputError(
-            "arguments", given, "ROS 2 arguments after --ros-args", _describe(error)
-        ) from None
+        raise _malformed(argv[1:], _describe(error)) from None
     set_logger_level("rcl", LoggingSeverity.UNSET)
+
+
+def _malformed(ros: Sequence[str], why: str) -> InputError:
+    """The error of ROS arguments that ROS refuses."""
+    return InputError("arguments", " ".join(ros), "ROS 2 arguments after --ros-args", why)
 
 
 def _describe(error: Exception) -> str:
@@ -142,19 +144,3 @@ def _no_security(why: str) -> InputError:
         why += "installation has it"
     hint = f"{' '.join(why.split()).rstrip('.')}. See docs/security.md, or unset it."
     return InputError("ROS_SECURITY_ENABLE", "true", "an enclave that this process can use", hint)
-
-
-def _no_node(name: str, why: str) -> int:
-    """Say on stderr why the middleware made no node; the exit code."""
-    if security_is_on():
-        return bad_input(name, _no_security(why).line)
-    bad_input(name, f"the middleware cannot make the node: {why}")
-    return ExitCode.FAILED
-
-
-def bad_input(name: str, line: str) -> int:
-    """Say on stderr what cannot be used; exit code 2."""
-    if rclpy.ok():
-        rclpy.try_shutdown()
-    print(f"{name}: {one_line(line)}", file=sys.stderr, flush=True)
-    return ExitCode.BAD_INPUT

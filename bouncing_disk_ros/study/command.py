@@ -20,14 +20,14 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.environment import ros_is_here
+from bouncing_disk_ros.command_line.environment import ros_is_here
+from bouncing_disk_ros.command_line.start import Start, figure_kinds, option_values
+from bouncing_disk_ros.command_line.stop import Answer, Stop
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.executables import loaded
 from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.regular_file import replaced
-from bouncing_disk_ros.ros.startup import Start, figure_kinds, option_values, run_without_ros
-from bouncing_disk_ros.ros.stop import Stop, ending_at_once
 from bouncing_disk_ros.study.definition import StudyDefinition
 from bouncing_disk_ros.topics import Qos
 
@@ -67,19 +67,19 @@ def _main(study: StudyDefinition, args: Sequence[str] | None = None) -> int:
     start.parse()
     if ros_is_here():
         return _run_as_node(study, start)
-    return run_without_ros(study.name, partial(_run_without_ros, study, start))
+    return start.run(partial(_run_without_ros, study, start))
 
 
 def _load(name: str, stop: Stop) -> None:
     """Load what is slow; a signal meanwhile ends the process at once."""
-    with stop.importing():
+    with stop.loading():
         announce_compilation(name)
         from matplotlib import figure  # noqa: F401
 
 
 def _compile(definition: StudyDefinition, stop: Stop) -> None:
     """Import what computes, once the options are known to be right: its kernels may be compiled."""
-    with stop.importing():
+    with stop.loading():
         loaded(definition.study)
 
 
@@ -102,13 +102,13 @@ def run_study(
         raise InputError("hold", values["hold"], "false where ROS 2 is not installed", hint)
     _compile(definition, stop)
     work = StudyWork(definition, values, given)
-    stop.running = True
+    stop.answer = Answer.NOTE
     return work.present(StudyOutlet(stop))
 
 
 def _run_as_node(study: StudyDefinition, start: Start) -> int:
     _load(study.name, start.stop)
-    with start.stop.importing():
+    with start.stop.loading():
         from rclpy.node import Node
 
         from bouncing_disk_ros.ros.node_tool import options, overrides_of
@@ -129,7 +129,7 @@ def _run_as_node(study: StudyDefinition, start: Start) -> int:
             """Compute, show, keep; the exit code."""
             return self._work.present(Topics(self, stop, study.image))
 
-    return run_node(study.name, start.ros, StudyNode, StudyNode.present, start.stop)
+    return run_node(start, StudyNode, StudyNode.present)
 
 
 class StudyOutlet:
@@ -232,12 +232,12 @@ class StudyWork:
         if not outlet.wait(lambda: not worker.is_alive(), report):
             print(f"{self._name}: stopping; another Ctrl-C ends it at once",
                   file=sys.stderr, flush=True)  # fmt: skip
-            with ending_at_once(self._name):
-                worker.join(STOP_SECONDS)
-                if worker.is_alive():
-                    self._say_interrupted()
-                    sys.stdout.flush()
-                    os._exit(int(ExitCode.INTERRUPTED))  # threads at work cannot be ended alone
+            outlet.stop.answer = Answer.END
+            worker.join(STOP_SECONDS)
+            if worker.is_alive():
+                self._say_interrupted()
+                sys.stdout.flush()
+                os._exit(int(ExitCode.INTERRUPTED))  # threads at work cannot be ended alone
         worker.join()
         report()
         self._raise_error()

@@ -35,7 +35,7 @@ import bouncing_disk_ros
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.executables import STUDIES
 from bouncing_disk_ros.limits import RESULT_ARRAYS, RESULT_CHUNK, RESULT_CHUNKS, RESULT_METADATA
-from bouncing_disk_ros.regular_file import open_regular, read_text
+from bouncing_disk_ros.regular_file import RegularFile, read_text
 from bouncing_disk_ros.study.computation import Arrays, Field, Region, Study
 from bouncing_disk_ros.study.definition import definition_of
 
@@ -117,13 +117,13 @@ class Contents:
         file = self.file(name, place)
         most = _HEADER + layout.chunk_bytes + _CHECKSUM
         try:
-            number, size = open_regular("path", file)
+            opened = RegularFile("path", file)
         except InputError:
             return not self.has_checksums and not file.exists()
-        with open(number, "rb") as opened:  # noqa: PTH123 (a descriptor, which it closes)
+        with opened:
             if not self.has_checksums:
-                return size <= 2 * most + 64
-            if not _HEADER + _CHECKSUM <= size <= most:
+                return opened.size <= 2 * most + 64
+            if not _HEADER + _CHECKSUM <= opened.size <= most:
                 return False
             data = opened.read(most)
         stored = int.from_bytes(data[-_CHECKSUM:], "little")

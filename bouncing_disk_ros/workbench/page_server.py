@@ -20,9 +20,9 @@ from bokeh.server.server import BaseServer
 from tornado.ioloop import IOLoop, PeriodicCallback
 from tornado.netutil import bind_sockets
 
+from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value, items_of
-from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.workbench.page import Pages
 from bouncing_disk_ros.workbench.page_guard import (
     COOKIE,

@@ -20,8 +20,8 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, Trigger
 
+from bouncing_disk_ros.command_line.child import Child
 from bouncing_disk_ros.errors import one_line
-from bouncing_disk_ros.ros.child import Child
 from bouncing_disk_ros.ros.conversions import programme_to_msg
 from bouncing_disk_ros.ros.from_messages import time_to_ns
 from bouncing_disk_ros.ros.node_tool import publishing_nodes

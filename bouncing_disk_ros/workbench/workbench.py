@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros import environment
+from bouncing_disk_ros.command_line import environment
+from bouncing_disk_ros.command_line.start import Start, option_values
+from bouncing_disk_ros.command_line.stop import Answer
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.parameters import Spec, Value
-from bouncing_disk_ros.ros.startup import Start, option_values, run_without_ros
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.workbench.run_link import RunLink
@@ -41,29 +42,28 @@ def main(args: Sequence[str] | None = None) -> int:
     """Serve the page until a signal; exit code 0 done, 1 failed, 2 bad input."""
     start = Start(NAME, _ABOUT, OPTIONS, _EXAMPLE, args, needs_ros=False)
     start.parse()
-    return run_without_ros(NAME, partial(_serve, start))
+    return start.run(partial(_serve, start))
 
 
 def _serve(start: Start) -> int:
     """Serve a bag or a run of this process; with ROS, make the node that serves a simulator."""
     values = option_values(start.overrides, OPTIONS)
     bag, here = str(values["bag"]), environment.ros_is_here()
-    with start.stop.importing():
+    with start.stop.loading():
         announce_compilation(NAME)
         from bouncing_disk_ros.workbench.page_server import serve
     if bag or not here:
-        with start.stop.importing():
+        with start.stop.loading():
             link = _recorded(values) if bag else _local(values)
-        start.stop.running = True
+        start.stop.answer = Answer.NOTE
         try:
             return serve(values, link, start.stop)
         finally:
             link.close()
-    with start.stop.importing():
+    with start.stop.loading():
         from bouncing_disk_ros.ros.spin import run_node
         from bouncing_disk_ros.workbench.workbench_node import WorkbenchNode
-    make = partial(WorkbenchNode, OPTIONS)
-    return run_node(NAME, start.ros, make, WorkbenchNode.serve, start.stop)
+    return run_node(start, partial(WorkbenchNode, OPTIONS), WorkbenchNode.serve)
 
 
 def _recorded(values: Mapping[str, Value]) -> RunLink:

@@ -8,11 +8,11 @@ from collections.abc import Mapping
 
 from rclpy.node import Node
 
+from bouncing_disk_ros.command_line.child import Child
+from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.ros.child import Child
 from bouncing_disk_ros.ros.node_tool import options
 from bouncing_disk_ros.ros.spin import spin_until
-from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.workbench.ros_link import RosLink
 

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import psutil
 from mcap.reader import make_reader
+from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from mcap_ros2.decoder import DecoderFactory
 from rclpy.serialization import serialize_message
@@ -25,8 +26,8 @@ from std_msgs.msg import Float64MultiArray
 
 from bench.table import Aim, Row, row
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.bag.mcap_file import COMPRESSIONS
 from bouncing_disk_ros.bag.schema import schema_of
+from bouncing_disk_ros.bag.writer import COMPRESSIONS
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.ros.conversions import impacts_to_msg
 from support import large_bag
@@ -79,7 +80,7 @@ def write_ours(folder: Path, compression: str, data: bytes, count: int) -> None:
 def write_bare(file: Path, compression: str, data: bytes, count: int) -> None:
     """The same messages by mcap's own writer."""
     with file.open("wb") as stream:
-        writer = McapWriter(stream, compression=COMPRESSIONS[compression])
+        writer = McapWriter(stream, compression=CompressionType[compression.upper()])
         writer.start("ros2")
         schema = writer.register_schema(NUMBERS, "ros2msg", schema_of(NUMBERS).text.encode())
         channel = writer.register_channel("/numbers", "cdr", schema)

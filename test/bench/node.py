@@ -11,9 +11,6 @@ from statistics import median
 from typing import Any
 
 import psutil
-import rclpy
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from trajectory_msgs.msg import JointTrajectory
 
@@ -21,6 +18,7 @@ from bench.table import Aim, Row, row
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.topics import TOPICS
 from support.processes import Process, Starter
+from support.ros import Nodes
 from support.ros_peer import Peer
 
 CACHED_STARTS = 7
@@ -31,15 +29,12 @@ SECONDS = 5  # reports of /diagnostics, one a second, at each rate
 PRESET = "preset:=pizza_multiple_toss"
 
 
-class FirstMessages:
+class FirstMessages(Nodes):
     """A node that waits for a simulator and notes when it published and when it was heard."""
 
     def __init__(self) -> None:
-        self._context = rclpy.Context()
-        rclpy.init(context=self._context, args=[], signal_handler_options=SignalHandlerOptions.NO)
-        self._node = rclpy.create_node("waiter", context=self._context, use_global_arguments=False)
-        self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self._node)
+        super().__init__()
+        node = self.new_node("waiter")
         self.published_ns = 0  # the latched motion, by the clock of its writer
         self.heard_ns = 0  # the first joint state, by the same clock
         kinds = (
@@ -51,7 +46,7 @@ class FirstMessages:
             ),
         )
         for kind, name, callback in kinds:
-            self._node.create_subscription(kind, name, callback, profile_of(TOPICS[name]))
+            node.create_subscription(kind, name, callback, profile_of(TOPICS[name]))
 
     def _on_motion(self, _: JointTrajectory, info: Any) -> None:
         self.published_ns = self.published_ns or info["source_timestamp"]
@@ -64,13 +59,7 @@ class FirstMessages:
         end = time.monotonic() + PATIENCE
         while not (self.published_ns and self.heard_ns):
             assert time.monotonic() < end, f"no state of the simulator within {PATIENCE:g} s"
-            self._executor.spin_once(timeout_sec=0.5)  # polling would slow down what is measured
-
-    def close(self) -> None:
-        """Leave the domain."""
-        self._executor.shutdown()
-        self._node.destroy_node()
-        rclpy.shutdown(context=self._context)
+            self.executor.spin_once(timeout_sec=0.5)  # polling would slow down what is measured
 
 
 def end(process: Process) -> None:

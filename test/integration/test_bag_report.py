@@ -102,28 +102,3 @@ def slow(self):
 read_run.BagRun.read = slow
 sys.exit(bag_report.main())
 """
-
-
-def test_it_is_interrupted_while_it_imports(start: Starter, tmp_path: Path) -> None:
-    """An import may turn KeyboardInterrupt into an error of its own, as numpy's does."""
-    report = start.command([sys.executable, "-c", _IMPORTING, str(tmp_path)])
-    report.wait_for("importing")
-    assert report.end(signal.SIGINT) == 130
-    assert report.stderr == "bag_report: interrupted\n"
-
-
-_IMPORTING = """
-import sys, time
-from bouncing_disk_ros.nodes import bag_report
-class Slow:
-    def find_spec(self, name, path, target=None):
-        if name == "numpy":
-            print("importing", flush=True)
-            try:
-                time.sleep(60)
-            except KeyboardInterrupt:
-                raise ImportError("numpy") from None
-sys.modules.pop("numpy", None)
-sys.meta_path.insert(0, Slow())
-sys.exit(bag_report.main())
-"""

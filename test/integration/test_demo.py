@@ -75,7 +75,7 @@ def test_a_signal_leaves_nothing_behind_but_a_whole_bag(start: Starter, tmp_path
     children = psutil.Process(demo.pid).children(recursive=True)
     assert len(children) == 3
     assert demo.end(signal.SIGTERM) == 130
-    assert "demo: interrupted" in demo.stdout
+    assert demo.stderr == "demo: interrupted\n"
     assert "Traceback" not in demo.output
     _, alive = psutil.wait_procs(children, timeout=PATIENCE)
     assert alive == []
@@ -100,7 +100,7 @@ def test_an_earlier_bag_is_replaced_and_nothing_else(
 
 
 def test_children_die_with_a_killed_parent(start: Starter) -> None:
-    code = "import signal; from bouncing_disk_ros.ros.child import Child; "
+    code = "import signal; from bouncing_disk_ros.command_line.child import Child; "
     code += "child = Child('echo_impacts'); print('begun', flush=True); signal.pause()"
     parent = start.command([sys.executable, "-c", code])
     parent.wait_for("begun")

@@ -19,8 +19,8 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Float32
 
 from bouncing_disk_ros import bag
+from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.study import named, open_result, run
 from bouncing_disk_ros.study.command import image_message, run_study
 from bouncing_disk_ros.study.definition import definition_of

@@ -68,16 +68,18 @@ class Run(NamedTuple):
             sim.apply_impulse(
                 now + round(n[0] * self.period_ns),
                 self.disk.mass * speed * (n[1] - 0.5),
-                self.disk.mass * self.disk.gyration_radius**2 * (n[2] - 0.5),
+                self.disk.inertia * (n[2] - 0.5),
             )
         elif item.kind == "disk":
-            load = (n[2] - 0.5) * self.disk.mass * GRAVITY * self.disk.friction_radius
+            weight = self.disk.mass * GRAVITY
             sim.set_disk(
                 self.disk._replace(
                     restitution=0.95 * n[0],
                     friction=n[1],
-                    preload=(3 * n[3] - 0.5) * self.disk.mass * GRAVITY,
-                    load_torque=load,
+                    preload=(3 * n[3] - 0.5) * weight,
+                    load_torque=(n[2] - 0.5) * weight * self.disk.friction_radius,
+                    brake_torque=max(n[4] - 0.5, 0.0) * weight * self.disk.friction_radius,
+                    load_inertia=max(n[0] - 0.5, 0.0) * self.disk.inertia,
                 )
             )
         else:
@@ -95,11 +97,20 @@ INPUTS = st.builds(
 
 @st.composite
 def runs(draw: st.DrawFn) -> Run:
-    """Runs over five decades of frequency; the disk starts on the platform or above it."""
+    """Runs over five decades of frequency; the disk starts on the platform or above it.
+
+    A third has a brake, from next to none to more than friction can turn.
+    """
     frequency = draw(st.sampled_from([3.0, 40e3]) | st.floats(0.5, 100))
     amplitude = draw(FORCINGS) * math.pi * GRAVITY / (math.tau * frequency) ** 2
     motion = Motion(amplitude, draw(ANGULAR), frequency, draw(LAGS))
     disk = Disk(0.3, draw(RESTITUTIONS), draw(FRICTIONS), 0.12, 0.106, GRAVITY)
+    if draw(st.sampled_from([False, False, True])):
+        strongest = min(disk.friction, 1.0) * disk.friction_radius * disk.mass * GRAVITY
+        disk = disk._replace(
+            brake_torque=draw(st.floats(0.01, 1.5)) * (strongest or 0.1),
+            load_inertia=draw(st.sampled_from([0.0, 0.5, 2.0])) * disk.inertia,
+        )
     height = draw(st.just(0.0) | st.floats(0, 2)) * GRAVITY / frequency**2
     initial = InitialState(height, None, draw(st.floats(-3, 3)), 0.0, draw(st.floats(0, 6.28)))
     report = draw(st.sampled_from([0.0, 0.05])) * GRAVITY / frequency

@@ -151,8 +151,8 @@ def test_6_a_load_beyond_friction_turns_the_disk_for_ever() -> None:
 # 9 ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("restitution", [5e-324, 1e-310, 1e-160, 1.0 - 2**-53, 1.0])
-@pytest.mark.parametrize("impulse", [5e-324, 1e-160, 1e-20, 1e-14])
+@pytest.mark.parametrize("restitution", [5e-324, 1e-310, 1e-160, 1 - 1e-9, 1.0 - 2**-53, 1.0])
+@pytest.mark.parametrize("impulse", [5e-324, 1e-300, 1e-160, 1e-20, 1e-14])
 def test_9_bounces_too_small_for_the_clock_neither_hang_nor_lose_the_disk(
     restitution: float, impulse: float
 ) -> None:
@@ -164,9 +164,11 @@ def test_9_bounces_too_small_for_the_clock_neither_hang_nor_lose_the_disk(
     sample = run.sample()
     assert sample.gap < 1e-12
     assert not behind or run.time_ns >= SECOND
+    if impulse <= 1e-20:
+        assert sample.phase in (Phase.STICKING, Phase.SLIDING)
     run = Simulation(forced(0.3), disk, InitialState(height=0.1, forcing_phase=1.0))
     rows, _ = run.advance(SECOND, max_events=1000)
-    assert len(rows) > 0
+    assert len(rows) == 1 or restitution > 1e-100
 
 
 # 10 --------------------------------------------------------------------------------------------

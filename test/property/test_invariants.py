@@ -24,6 +24,7 @@ from bouncing_disk_ros.core.model import (
 )
 from bouncing_disk_ros.core.simulation import Simulation
 from property.runs import Run, runs
+from support.coverage import in_soak
 
 FEW = settings(max_examples=60)
 PERIODS = 6.0
@@ -71,23 +72,11 @@ def played(run: Run, *ticks: float) -> tuple[Gatherer, Simulation]:
 @given(run=runs(), ticks=st.lists(st.floats(1e-3, 2), min_size=1, max_size=5))
 def test_bits_do_not_depend_on_the_pattern_of_ticks(run: Run, ticks: list[float]) -> None:
     whole, end = played(run, math.inf)
-    for pattern in ([0.021], [3.0], ticks):
+    for pattern in ([0.07], ticks):
         parts, other = played(run, *pattern)
         assert parts.bytes == whole.bytes
         assert other.sample() == end.sample()
         assert other.energy() == end.energy()
-
-
-def test_ticks_of_a_millisecond_seven_and_a_second_give_the_same_bits() -> None:
-    motion, disk = Motion(0.055, 1.4, 3.0, -0.7), Disk(0.3, 0.5, 0.6, 0.12, 0.106, 10.0)
-    found = set()
-    for tick_ns in (10**6, 7 * 10**6, 10**9):
-        sim, rows = Simulation(motion, disk, InitialState()), b""
-        while sim.time_ns < 70 * 10**9:
-            rows += sim.advance(sim.time_ns + tick_ns)[0].tobytes()
-        found.add(rows)
-    assert len(found) == 1
-    assert len(found.pop()) > 100 * IMPACT_DTYPE.itemsize
 
 
 @FEW
@@ -128,11 +117,10 @@ def test_impact_law(run: Run) -> None:
     disk, w = run.disk, -rows["axial_impact_velocity"]
     push = (1 + disk.restitution) * w
     np.testing.assert_allclose(rows["axial_impulse"], disk.mass * push, rtol=1e-15)
-    inertia = disk.mass * disk.gyration_radius**2
     slip = rows["angular_impact_velocity"]
-    most = disk.friction * disk.friction_radius / disk.gyration_radius**2 * push
+    most = disk.friction * disk.friction_radius * disk.mass / disk.inertia * push
     twist = -np.sign(slip) * np.minimum(np.abs(slip), most)
-    np.testing.assert_allclose(rows["angular_impulse"], inertia * twist, rtol=3e-15)
+    np.testing.assert_allclose(rows["angular_impulse"], disk.inertia * twist, rtol=3e-15)
 
 
 @FEW
@@ -156,7 +144,8 @@ def test_gap_force_and_friction_stay_within_bounds(run: Run) -> None:
         assert sample.axial_force >= -1e-14 * weight
         most = disk.friction * disk.friction_radius * sample.axial_force
         # sticking up to the very limit: both sides have a few roundings of their largest term
-        scale = disk.friction * disk.friction_radius * weight + abs(disk.load_torque)
+        torques = abs(disk.load_torque) + disk.brake_torque
+        scale = disk.friction * disk.friction_radius * weight + torques
         assert abs(sample.friction_torque) <= most + 1e-13 * scale
 
     run.play(advance, PERIODS)
@@ -169,11 +158,11 @@ def test_energy_balance(run: Run) -> None:
 
     Where sticking begins, α̇ becomes β̇ to the rounding of ωΦ: a few ulp of that are the floor.
     """
-    inertia = run.disk.mass * run.disk.gyration_radius**2
     fastest = 2 * run.motion.angular_amplitude * math.tau * 1.5 * run.motion.frequency
-    floor = 1e-14 * inertia * fastest**2
+    floor = 1e-14 * 1.5 * run.disk.inertia * fastest**2  # an input may add half to the inertia
 
     def advance(sim: Simulation, until_ns: int) -> None:
+        braked = sim.energy().loss_brake
         while sim.time_ns < until_ns:
             sim.advance(min(until_ns, sim.time_ns + run.period_ns))
             energy = sim.energy()
@@ -182,13 +171,15 @@ def test_energy_balance(run: Run) -> None:
             assert energy.loss_impact_axial >= 0
             assert energy.loss_impact_friction >= -1e-15 * scale - floor
             assert energy.loss_sliding >= -1e-15 * scale - floor
+            assert energy.loss_brake >= braked
+            braked = energy.loss_brake
 
     run.play(advance, PERIODS)
 
 
 @pytest.mark.parametrize(
     ("forcing", "restitution", "events"),
-    [(0.45, 0.5, 10**5), (0.55, 0.5, 10**6), (1.2, 0.8, 10**5)],
+    [(0.55, 0.5, 10**6), *in_soak((0.45, 0.5, 10**5), (1.2, 0.8, 10**5))],
 )
 def test_a_million_events(forcing: float, restitution: float, events: int) -> None:
     amplitude = forcing * math.pi * 10.0 / (math.tau * 3.0) ** 2

@@ -1,4 +1,4 @@
-"""A platform that follows a sinusoid and offset trajectories: an independent formula, for tests.
+"""The pieces of offset trajectories: an independent formula, for tests.
 
 Written from the words of the model with the basis functions of Hermite's interpolation; it shares
 nothing with the core. Times are whole nanoseconds or seconds as the caller's kind of number.
@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-import mpmath
 from mpmath import mpf
 
 Number = Any  # float or mpf
@@ -120,19 +119,3 @@ def state_at(found: Sequence[Piece], t: Number) -> tuple[Number, Number, Number]
     if piece.begin == t:
         return piece.values[0], piece.values[1], piece.values[2]
     return tuple(piece.at(t, order) for order in range(3))
-
-
-class Platform:
-    """s(t) and its first two derivatives: a sinusoid from τ₀ at t = 0, and pieces of an offset."""
-
-    def __init__(
-        self, amplitude: float, frequency: float, phase: float, found: Sequence[Piece]
-    ) -> None:
-        self.amplitude, self.phase = mpf(amplitude), mpf(phase)
-        self.omega, self.found = 2 * mpmath.pi * mpf(frequency), found
-
-    def at(self, t: Number, order: int = 0, piece: Piece | None = None) -> Number:
-        """A derivative of s at t; of one piece, also beyond its ends."""
-        turn = self.omega * t + self.phase + order * mpmath.pi / 2
-        piece = piece or piece_at(self.found, t)
-        return self.amplitude * self.omega**order * mpmath.sin(turn) + piece.at(t, order)

@@ -16,6 +16,7 @@ from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.resilience_studies.orbit_branch import orbit_curve
 from bouncing_disk_ros.resilience_studies.orbit_curves import Window
 from bouncing_disk_ros.resilience_studies.orbit_equations import CurveKind
+from support.coverage import in_soak
 
 DIGITS = 40
 STEP = mpf("1e-12")  # of a central difference: its error is about 1e-24
@@ -57,7 +58,7 @@ def doubling(start: State, durations: list[mpf], forcing: mpf, restitution: mpf)
     return found[2]
 
 
-@pytest.mark.parametrize("impacts", [2, 4])
+@pytest.mark.parametrize("impacts", [4, *in_soak(2)])
 def test_doublings_agree_with_the_return_map(impacts: int) -> None:
     points = period_doublings(fixed_point(0.45, 0.5), "axial_forcing", 0.6, 3)
     orbit = next(point.orbit for point in points if point.orbit.impacts == impacts)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from scipy.optimize import brentq, minimize_scalar
 from bouncing_disk_ros.core.model import Disk, ImpactKind, InitialState, Motion, Phase
 from bouncing_disk_ros.core.simulation import Simulation
 from reference.cases import NS, axial_amplitude
+from support.studied import computed
 
 LOWEST = 1.5 * math.pi
 EPS = float(np.finfo(float).eps)
@@ -116,6 +118,25 @@ def test_period_one_orbit(restitution: float, phase_lag: float) -> None:
     )
     assert (late["x"], late["y"]) == (np.float32(tau / math.tau), np.float32(fall))
     assert np.all(rows["kind"] == ImpactKind.IMPACT)
+
+
+def test_a_diagram_follows_the_period_one_orbit(tmp_path: Path) -> None:
+    """Phase, velocity and speed of all impacts, and the exponent ln ε of its multipliers.
+
+    They are complex: over n impacts a vector's growth swings by less than 5/n (in logarithms).
+    """
+    result = computed(
+        "bifurcation", tmp_path, begin=0.34, end=0.45, count=8, kept=4, doublings=0,
+        initial_phase=0.2, initial_velocity=-4.0 / 3.0, angular_forcing=10.0, phase_lag=0.3,
+        settling=2000, measured=500,
+    )  # fmt: skip
+    tau = np.arccos(1.0 / 3.0 / result["value"].values)
+    shown = result["forcing_phase"].values
+    np.testing.assert_allclose(shown, np.broadcast_to(tau[:, None], shown.shape), atol=1e-10)
+    np.testing.assert_allclose(result["axial_impact_velocity"].values, -4.0 / 3.0, atol=1e-10)
+    np.testing.assert_allclose(result["mean_speed"].values, np.cos(tau + 0.3), atol=1e-10)
+    exponents = result["lyapunov_exponent"].values
+    np.testing.assert_allclose(exponents, math.log(0.5), atol=5.0 / 500)
 
 
 def deviations(axial_forcing: float, impacts: int) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""The platform's motion in and around cross-fades against the blend in 60 digits.
+"""The platform's motion in and around cross-fades against the blend in 50 digits.
 
 A disk pressed on so hard that it sticks shows the accelerations: N = m(g + P/m + s̈) and M = m
 a_g²β̈. With ω, A, Φ, θ blended, each quantity is a sum of terms of at most `size`; the rounding
@@ -9,18 +9,17 @@ most.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from mpmath import mpf
+from mpmath import mp, mpf
 
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Phase
 from bouncing_disk_ros.core.simulation import Simulation
-from reference.cases import NS, SLOW, Fade
-from reference.precise_path import Path
+from reference.cases import NS, SLOW
+from support.fifty_digits import DIGITS, Fade, Path
 
 EPS = float(np.finfo(float).eps)
 ROUNDINGS = 8.0
@@ -44,63 +43,43 @@ def test_motion_through_two_crossfades(
 ) -> None:
     """Position, velocity and acceleration of both axes: exact, so they never jump (C²)."""
     length = round(duration * NS)
-    begin = round(0.1 * NS)
-    fades = (
-        Fade(begin, begin + length, second),
-        Fade(begin + length + round(pause * NS), begin + 2 * length + round(pause * NS), third),
-    )
+    begins = (NS // 10, NS // 10 + length + round(pause * NS))
+    fades = [(at, at + length, to) for at, to in zip(begins, (second, third), strict=True)]
     run = Simulation(first, PRESSED, InitialState(forcing_phase=phase))
-    run.command([(fade.end_ns, fade.target) for fade in fades], crossfade_ns=length)
-    assert [tuple(fade) for fade in run.pending] == [tuple(fade) for fade in fades]
-    path = Path(first, phase, fades)
-    edges = [t for fade in fades for t in fade[:2]]
-    instants = {round(fade.begin_ns + length * k / 7) for fade in fades for k in range(8)}
-    instants |= {edge + near for edge in edges for near in (-1, 0, 1)}
-    fastest = float(path.omega) + 3 / duration  # Ȧ ≤ 15/8 ΔA/D, θ̇ likewise with |Δθ| ≤ π
+    run.command([(end, target) for _, end, target in fades], crossfade_ns=length)
+    assert [tuple(fade) for fade in run.pending] == fades
+    instants = {round(begin + length * k / 7) for begin in begins for k in range(8)}
+    instants |= {t + near for fade in fades for t in fade[:2] for near in (-1, 0, 1)}
+    with mp.workdps(DIGITS):
+        seconds = [Fade(mpf(begin) / NS, mpf(end) / NS, target) for begin, end, target in fades]
+        path = Path(first, phase, seconds)
+        exact = {at: (*path.axial(mpf(at) / NS), *path.angular(mpf(at) / NS)) for at in instants}
+    motions = (first, second, third)
+    omega = math.tau * max(motion.frequency for motion in motions)
+    fastest = omega + 3 / duration  # Ȧ ≤ 15/8 ΔA/D, θ̇ likewise with |Δθ| ≤ π
     inertia = PRESSED.mass * PRESSED.gyration_radius**2
     for instant in sorted(instants):
         rows, _ = run.advance(instant)
         assert len(rows) == 0
-        sample, exact = run.sample(), path.at(mpf(instant) / NS)
+        sample, (s, s1, s2, b, b1, b2) = run.sample(), map(float, exact[instant])
         assert sample.phase == Phase.STICKING
-        tau = 1 + phase + float(path.omega) * instant / NS
-        few = ROUNDINGS * EPS * tau
-        reach, swing = few * float(path.reach), few * float(path.swing)
+        few = ROUNDINGS * EPS * (1 + phase + omega * instant / NS)
+        reach = few * max(motion.axial_amplitude for motion in motions)
+        swing = few * max(motion.angular_amplitude for motion in motions)
         blend = 1 + 8 / duration**2 / fastest**2  # b'' ≤ 10/√3/D²
 
-        def close(found: float, wanted: Any, within: float) -> None:
-            assert found == pytest.approx(float(wanted), rel=0, abs=within + 1e-300)
+        def close(found: float, wanted: float, within: float) -> None:
+            assert found == pytest.approx(wanted, rel=0, abs=within + 1e-300)
 
-        close(sample.platform_position, exact.s, reach)
-        close(sample.platform_velocity, exact.s1, reach * fastest)
-        close(sample.platform_angle, exact.b, swing)
-        close(sample.platform_angular_velocity, exact.b1, swing * (fastest + 6 / duration))
+        close(sample.platform_position, s, reach)
+        close(sample.platform_velocity, s1, reach * fastest)
+        close(sample.platform_angle, b, swing)
+        close(sample.platform_angular_velocity, b1, swing * (fastest + 6 / duration))
         weight = PRESSED.mass * PRESSED.gravity + PRESSED.preload
         close(
             sample.axial_force,
-            PRESSED.mass * exact.s2 + weight,
+            PRESSED.mass * s2 + weight,
             4 * EPS * weight + PRESSED.mass * reach * fastest**2 * blend,
         )
         turning = (fastest + 6 / duration) ** 2 * blend
-        close(sample.friction_torque, inertia * exact.b2, inertia * swing * turning)
-
-
-def test_the_phase_goes_on_through_a_fade() -> None:
-    """ONE forcing phase τ = ∫ω dt: over a fade of D the mean of both frequencies."""
-    run = Simulation(Motion(0.0, 0.0, 2.0, 0.0), PRESSED, InitialState(forcing_phase=0.5))
-    run.command([(3 * NS, Motion(0.0, 0.0, 5.0, 0.0))], crossfade_ns=2 * NS)
-    run.advance(10 * NS)
-    sample = run.sample()
-    turned = math.tau * (2.0 * 1 + 3.5 * 2 + 5.0 * 7) + 0.5
-    assert sample.cycles == math.floor(turned / math.tau)
-    assert sample.forcing_phase == pytest.approx(math.fmod(turned, math.tau), abs=1e-13)
-
-
-@pytest.mark.parametrize(("start", "target"), [(3.0, -3.0), (-3.0, 3.0), (0.1, -0.1)])
-def test_the_phase_lag_goes_the_short_way(start: float, target: float) -> None:
-    run = Simulation(Motion(0.0, 1.0, 1.0, start), PRESSED, InitialState(forcing_phase=0.0))
-    run.command([(2 * NS, Motion(0.0, 1.0, 1.0, target))], crossfade_ns=2 * NS)
-    run.advance(NS)  # half of the way
-    short = (target - start + math.pi) % math.tau - math.pi
-    angle = math.sin(math.tau + start + short / 2)
-    assert run.sample().platform_angle == pytest.approx(angle, abs=1e-14)
+        close(sample.friction_torque, inertia * b2, inertia * swing * turning)

@@ -1,4 +1,8 @@
-"""Studies at random options beside single runs of the simulator, which know nothing of them."""
+"""Studies at random options beside single runs of the simulator, which know nothing of them.
+
+Diagrams and shares follow the map step by step: its steps have the stepper's bits
+(test_rotation_map.py), and their results are pinned. Tosses are in test_toss.py.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +15,6 @@ import pytest
 from reference.cases import examples
 from support import studied
 from support.coverage import in_soak
-from support.studied_branches import attack_basin_shares, attack_bifurcation
 from support.studied_lines import attack_curves, attack_manifolds
 from support.studied_motor import attack_motor
 
@@ -19,16 +22,12 @@ ATTACKS: dict[str, Callable[[np.random.Generator, Path], list[str]]] = {
     "basins": studied.attack_basins,
     "resilience": studied.attack_resilience,
     "parameter_map": studied.attack_parameter_map,
-    "toss_map": studied.attack_toss_map,
-    "toss_paths": studied.attack_toss_paths,
-    "basin_shares": attack_basin_shares,
-    "bifurcation": attack_bifurcation,
     "motor": attack_motor,
     "manifolds": attack_manifolds,
     "curves": attack_curves,
 }
 """Study -> what differs at one draw of its options, nothing if all agrees."""
-DRAWS = {"bifurcation": 2, "motor": 6, "toss_map": 3}
+DRAWS = {"motor": 6}
 """So many (else 1) of each, for they take up to a second of CPU."""
 STUDIES = [
     (name, seed)

@@ -13,6 +13,7 @@ import pytest
 
 from bouncing_disk_ros import run_study
 from bouncing_disk_ros.juggling.kernels import loop_kernel as loop
+from bouncing_disk_ros.juggling.kernels.verdicts import draw
 from bouncing_disk_ros.juggling.loop_settings import (
     HEARS_TIMES_ONLY,
     Limits,
@@ -22,7 +23,6 @@ from bouncing_disk_ros.juggling.loop_settings import (
     plant_settings,
 )
 from bouncing_disk_ros.juggling.loop_verdict import Outcome
-from bouncing_disk_ros.juggling.simulated_loop import draw
 
 pytestmark = [pytest.mark.soak, pytest.mark.timeout(3600)]
 

@@ -102,21 +102,6 @@ def test_many_gates_without_a_deadlock(start: Starter) -> None:
     assert float(found.group(2)) <= SECONDS_PER_GATE * GATES
 
 
-def test_a_controller_that_is_killed_is_reported_and_replaced(start: Starter) -> None:
-    simulator = start(*SIMULATOR, "lockstep:=tick")
-    arguments = (CONTROLLER, "1", "1000000", "single", "0")
-    first = start.command([sys.executable, "-P", *arguments])
-    peer = Peer()
-    peer.spin_until(lambda: len(peer.heard["joint_states"]) > 50)
-    first.kill()
-    # not the line of gate 0, which waited for the controller to start
-    simulator.wait_for(r"gate [1-9]\d*: no answer of controller 1", timeout=1.0)
-    peer.heard["joint_states"].clear()
-    start.command([sys.executable, "-P", *arguments])
-    peer.spin_until(lambda: len(peer.heard["joint_states"]) > 50, timeout=30.0)
-    peer.close()
-
-
 # --- everything that can be killed, at every edge ------------------------------------------------
 ENDS = int(os.environ.get("BOUNCING_DISK_LOCKSTEP_ENDS", "20"))
 PAIRS = [(number, edge) for number in (1, 2) for edge in EDGES]

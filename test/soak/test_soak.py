@@ -14,15 +14,14 @@ from typing import Any
 
 import psutil
 import pytest
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import PointCloud2
 
 from bouncing_disk_ros import impacts_from_msg
 from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.topics import TOPICS
 from support.processes import PATIENCE, Process, Starter
+from support.ros import Nodes
 
 MINUTES = float(os.environ.get("BOUNCING_DISK_SOAK_MINUTES", "10"))
 #: s; by then Fast DDS holds its history of 1000 messages (about 150 MB), 15 s were measured
@@ -33,15 +32,12 @@ SLACK = 16 * 2**20
 pytestmark = [pytest.mark.soak, pytest.mark.timeout(60 * MINUTES + SETTLING + 120)]
 
 
-class Listener:
+class Listener(Nodes):
     """Counts the rows of disk/impacts and keeps the newest diagnostics."""
 
     def __init__(self) -> None:
-        self.context = rclpy.Context()
-        rclpy.init(context=self.context)
-        self.node = rclpy.create_node("soak_listener", context=self.context)
-        self.executor = SingleThreadedExecutor(context=self.context)
-        self.executor.add_node(self.node)
+        super().__init__()
+        node = self.new_node("soak_listener")
         self.received = 0
         self.missing = 0
         self.next_index: int | None = None
@@ -50,7 +46,7 @@ class Listener:
             (PointCloud2, "disk/impacts", self.count),
             (DiagnosticArray, "/diagnostics", self.keep),
         ):
-            self.node.create_subscription(kind, name, callback, profile_of(TOPICS[name]))
+            node.create_subscription(kind, name, callback, profile_of(TOPICS[name]))
 
     def count(self, cloud: Any) -> None:
         """Add the rows of one message; within a message none may be missing."""
@@ -67,12 +63,6 @@ class Listener:
         """Keep what the simulator says of itself."""
         for status in message.status:
             self.values.update({pair.key: pair.value for pair in status.values})
-
-    def close(self) -> None:
-        """Leave the domain."""
-        self.executor.shutdown()
-        self.node.destroy_node()
-        self.context.try_shutdown()
 
 
 @pytest.fixture

@@ -6,12 +6,13 @@ chatter is bounced through impact by impact until nothing of it is left.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 from mpmath import mp, mpf
 
 from bouncing_disk_ros.cases.definitions import Case
+from bouncing_disk_ros.core.model import Motion
 
 DIGITS = 50
 GRID = 200  # steps a second in which a zero is looked for; the shortest dip of a case lasts 17 ms
@@ -32,24 +33,89 @@ class Row(NamedTuple):
 Function = Callable[[Any], Any]
 
 
+Three = tuple[Any, Any, Any]
+"""A position with its first two derivatives."""
+
+
+class Fade(NamedTuple):
+    """A cross-fade to `target` between two instants, s."""
+
+    begin: Any
+    end: Any
+    target: Motion
+
+
+class Path:
+    """s(t) and β(t) of a platform with cross-fades, from the phase τ at t = 0 on."""
+
+    def __init__(self, motion: Motion, phase: Any, fades: Sequence[Fade] = ()) -> None:
+        self._pieces: list[tuple[Any, Any, Any, Motion, Motion]] = []
+        now, tau = mpf(0), mpf(phase)
+        for fade in fades:
+            length = fade.end - fade.begin
+            self._pieces.append((now, mpf(0), tau, motion, motion))
+            tau += _omega(motion) * (fade.begin - now)
+            self._pieces.append((fade.begin, length, tau, motion, fade.target))
+            tau += (_omega(motion) + _omega(fade.target)) / 2 * length
+            now, motion = fade.end, fade.target
+        self._pieces.append((now, mpf(0), tau, motion, motion))
+
+    def axial(self, t: Any) -> Three:
+        """s and its derivatives."""
+        tau, x, a, b = self._at(t)
+        return _sine(a.axial_amplitude, b.axial_amplitude, x, tau)
+
+    def angular(self, t: Any) -> Three:
+        """β and its derivatives; θ goes the short way."""
+        tau, x, a, b = self._at(t)
+        short = mpf(b.phase_lag) - mpf(a.phase_lag)
+        short -= 2 * mp.pi * mp.nint(short / (2 * mp.pi))
+        lag = mpf(a.phase_lag) + short * x[0], short * x[1], short * x[2]
+        turn = tau[0] + lag[0], tau[1] + lag[1], tau[2] + lag[2]
+        return _sine(a.angular_amplitude, b.angular_amplitude, x, turn)
+
+    def _at(self, t: Any) -> tuple[Three, Three, Motion, Motion]:
+        """τ and the blend with their derivatives, and the motions before and after it."""
+        begin, length, tau, a, b = next(p for p in reversed(self._pieces) if p[0] <= t)
+        d, w, change = t - begin, _omega(a), _omega(b) - _omega(a)
+        if not length:
+            return (tau + w * d, w, mpf(0)), (mpf(0),) * 3, a, b
+        y = d / length
+        blend = (y**3 * (10 - 15 * y + 6 * y * y), 30 * y * y * (1 - y) ** 2 / length,
+                 60 * y * (1 - y) * (1 - 2 * y) / length**2)  # fmt: skip
+        tau += w * d + change * length * y**4 * (mpf(5) / 2 - 3 * y + y * y)
+        return (tau, w + change * blend[0], change * blend[1]), blend, a, b
+
+
+def _omega(motion: Motion) -> Any:
+    return 2 * mp.pi * mpf(motion.frequency)
+
+
+def _sine(begin: float, end: float, blend: Three, tau: Three) -> Three:
+    """A blended amplitude times the sine of a phase, with its derivatives."""
+    change = mpf(end) - mpf(begin)
+    a, a1, a2 = mpf(begin) + change * blend[0], change * blend[1], change * blend[2]
+    cosine, sine = mp.cos_sin(tau[0])
+    s1, s2 = cosine * tau[1], cosine * tau[2] - sine * tau[1] ** 2
+    return a * sine, a1 * sine + a * s1, a2 * sine + 2 * a1 * s1 + a * s2
+
+
 class Platform:
-    """s(t) and beta(t) with their first two derivatives, of the one law that a case has."""
+    """s(t) and β(t) with their first two derivatives, of the one law that a case has."""
 
     def __init__(self, case: Case) -> None:
-        p = case.parameters
-        self.a, self.p, self.f = (
-            mpf(p[name]) for name in ("axial_amplitude", "angular_amplitude", "frequency")
-        )
-        self.lag, self.fade, self.path = mpf(p["phase_lag"]), None, None
+        motion = Motion(*(float(case.parameters[name]) for name in Motion._fields))
+        fades, self.path = list[Fade](), None
         for end, to in case.programme:
-            begin = mpf(end) - 1 / min(self.f, mpf(to["frequency"]))
-            self.fade = begin, mpf(end), mpf(to["axial_amplitude"]), mpf(to["frequency"])
+            begin = mpf(end) - 1 / min(mpf(motion.frequency), mpf(to["frequency"]))
+            fades.append(Fade(begin, mpf(end), motion._replace(**to)))
         for end, values in case.trajectory:
             self.path = mpf(end), values["platform_axial"]
+        self._sinusoid = Path(motion, 0, fades)
+        self.fade, self.angular = fades[0] if fades else None, self._sinusoid.angular
 
-    def axial(self, t: Any) -> tuple[Any, Any, Any]:
-        a, tau = self._sinusoid(t)
-        s, v, acc = self._product(a, tau)
+    def axial(self, t: Any) -> Three:
+        s, v, acc = self._sinusoid.axial(t)
         if self.path:
             end, given = self.path
             if isinstance(given, tuple):  # c t²/2 to x = c T²/2, v = c T
@@ -58,36 +124,6 @@ class Platform:
                 return s + c * t * t / 2, v + c * t, acc + c
             return s + mpf(given) * t / end, v + mpf(given) / end, acc
         return s, v, acc
-
-    def angular(self, t: Any) -> tuple[Any, Any, Any]:
-        assert self.fade is None or self.p == 0
-        w = 2 * mp.pi * self.f
-        phase = w * t + self.lag
-        sine, cosine = mp.sin(phase), mp.cos(phase)
-        return self.p * sine, self.p * w * cosine, -self.p * w * w * sine
-
-    def _sinusoid(self, t: Any) -> tuple[tuple[Any, Any, Any], tuple[Any, Any, Any]]:
-        """Amplitude and forcing phase with their first two derivatives."""
-        turn, zero = 2 * mp.pi, mpf(0)
-        if self.fade is None or t <= self.fade[0]:
-            return (self.a, zero, zero), (turn * self.f * t, turn * self.f, zero)
-        begin, end, a, f = self.fade
-        span = end - begin
-        y = min((t - begin) / span, mpf(1))
-        b, b1 = y**3 * (10 - 15 * y + 6 * y * y), 30 * y * y * (1 - y) ** 2 / span
-        b2 = 60 * y * (1 - y) * (1 - 2 * y) / span**2
-        grown = span * (mpf(5) / 2 * y**4 - 3 * y**5 + y**6) + max(t - end, zero)
-        phase = turn * (self.f * t + (f - self.f) * grown)
-        rate, turned = turn * (self.f + (f - self.f) * b), turn * (f - self.f) * b1
-        return (self.a + (a - self.a) * b, (a - self.a) * b1, (a - self.a) * b2), (
-            phase, rate, turned,
-        )  # fmt: skip
-
-    @staticmethod
-    def _product(a: Any, tau: Any) -> tuple[Any, Any, Any]:
-        sine, cosine = mp.sin(tau[0]), mp.cos(tau[0])
-        s1, s2 = cosine * tau[1], cosine * tau[2] - sine * tau[1] ** 2
-        return a[0] * sine, a[1] * sine + a[0] * s1, a[2] * sine + 2 * a[1] * s1 + a[0] * s2
 
 
 def first_zero(f: Function, begin: Any, end: Any) -> Any:

@@ -25,7 +25,7 @@ def flaws(figure: Figure) -> list[Any]:
 
 def covered(figure: Figure) -> list[tuple[str, str]]:
     """Pairs of texts whose boxes intersect, or lie under a legend, as the figure is drawn."""
-    figure.canvas.draw()
+    figure.draw_without_rendering()
     boxes = [(text.get_text(), text.get_window_extent()) for text in _texts(figure)]
     legends = [*figure.legends, *filter(None, (axes.get_legend() for axes in figure.axes))]
     boxes += [("a legend", legend.get_window_extent()) for legend in legends]

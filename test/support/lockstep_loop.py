@@ -4,24 +4,20 @@ from __future__ import annotations
 
 import hashlib
 import json
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import rclpy
 from numpy.typing import NDArray
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.signals import SignalHandlerOptions
 
 from bouncing_disk_ros.core.model import join_rows
 from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.units import NS
 from support.controllers import GateController
-from support.processes import PATIENCE
+from support.ros import Nodes
 
 
 def kept(node: SimulatorNode) -> list[Record]:
@@ -52,13 +48,11 @@ def columns(rows: NDArray[Any]) -> bytes:
     return b"".join(rows[name].tobytes() for name in rows.dtype.names or ())
 
 
-class Loop:
+class Loop(Nodes):
     """A simulator in lockstep; `numbers` of controllers that are made elsewhere."""
 
     def __init__(self, controllers: int, numbers: str = "", **values: Any) -> None:
-        self.context = rclpy.Context()
-        rclpy.init(context=self.context, args=[], signal_handler_options=SignalHandlerOptions.NO)
-        self.executor = SingleThreadedExecutor(context=self.context)
+        super().__init__()
         own = " ".join(str(number) for number in range(1, controllers + 1))
         values = {"lockstep_controllers": numbers or own, "real_time_factor": 0.0, **values}
         overrides = [Parameter(name, value=value) for name, value in values.items()]
@@ -110,13 +104,6 @@ class Loop:
         """All rows of impacts."""
         return join_rows(self._clouds)
 
-    def spin_until(self, condition: Callable[[], Any]) -> None:
-        """Run callbacks until a condition holds."""
-        end = time.monotonic() + PATIENCE
-        while not condition():
-            assert time.monotonic() < end, self.node.run and self.node.run.read().waiting
-            self.executor.spin_once(timeout_sec=0.02)
-
     @property
     def gate(self) -> int:
         """The newest gate."""
@@ -129,8 +116,5 @@ class Loop:
         """Destroy all; again: nothing."""
         if not self.context.ok():
             return
-        self.node.destroy_node()
-        for node in self.controllers:
-            node.destroy_node()
-        self.executor.shutdown()
-        rclpy.shutdown(context=self.context)
+        self.nodes += [self.node, *self.controllers]
+        super().close()

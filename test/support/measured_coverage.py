@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.measured.estimate import Data, Model, Profiles
 from bouncing_disk_ros.measured.kernels.likelihood import whitened_residuals
+from bouncing_disk_ros.measured.profiles import Data, Model, Profiles
 from bouncing_disk_ros.measured.starts import first_values
 from support.measured_impacts import GRAVITY, at_rest, vibrating
 

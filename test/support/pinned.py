@@ -20,6 +20,7 @@ from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors
 from bouncing_disk_ros.maps.axial_map import axial_orbit
 from bouncing_disk_ros.maps.basin_labels import label_starts
+from bouncing_disk_ros.maps.best_lag import best_lag
 from bouncing_disk_ros.maps.continuation import period_doublings
 from bouncing_disk_ros.maps.label_maps import (
     basin_entropy,
@@ -36,10 +37,10 @@ from bouncing_disk_ros.maps.lanes.basin_kernel import (
 )
 from bouncing_disk_ros.maps.lanes.lane_table import fused
 from bouncing_disk_ros.maps.map_tangent import axial_tangent
-from bouncing_disk_ros.maps.mean_speed import best_lag, settled_speeds
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, fixed_point
 from bouncing_disk_ros.maps.rotation_map import collision_orbit, measure_attractor
+from bouncing_disk_ros.maps.settled_speed import settled_speeds
 from bouncing_disk_ros.maps.tosses import (
     TossSetting,
     extreme,

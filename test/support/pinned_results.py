@@ -31,13 +31,13 @@ from bouncing_disk_ros.report.impact_energy import impact_energy
 from bouncing_disk_ros.report.orbit import Orbit, orbit_of
 from bouncing_disk_ros.report.read_run import BagRun, ReadOptions
 from bouncing_disk_ros.report.report_text import tables
-from bouncing_disk_ros.report.rotor_speed import Transient, transient_of
 from bouncing_disk_ros.report.run_report import Report, report_of
 from bouncing_disk_ros.report.section import (
     section_velocity,
     single_impacts,
     successive_impacts,
 )
+from bouncing_disk_ros.report.transient import Transient, transient_of
 from bouncing_disk_ros.run.simulate import simulate
 from support.digest import nearly
 from support.recorded import START_NS, RecordedRun

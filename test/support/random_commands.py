@@ -41,16 +41,10 @@ def between(rng: random.Random, low: float, high: float) -> float:
 
 
 class RandomCommands:
-    """Draws commands. `now_ns` of ROS time goes into stamps; `wild`: up to the bounds of the table.
+    """Draws commands; `now_ns` of ROS time goes into stamps. `wild`: up to the table's bounds."""
 
-    `frequencies`: a narrower range, for a listener that is to keep up.
-    """
-
-    def __init__(
-        self, rng: random.Random, *, wild: bool = False,
-        frequencies: tuple[float, float] = FREQUENCIES,
-    ) -> None:  # fmt: skip
-        self.rng, self._wild, self._frequencies = rng, wild, frequencies
+    def __init__(self, rng: random.Random, *, wild: bool = False) -> None:
+        self.rng, self._wild = rng, wild
 
     # --- valid ------------------------------------------------------------------------------------
     def motion(self) -> dict[str, float]:
@@ -59,7 +53,7 @@ class RandomCommands:
         if self._wild:
             values = {name: self._in_table(name) for name in MOTION_NAMES}
         else:
-            frequency = between(rng, *self._frequencies)
+            frequency = between(rng, *FREQUENCIES)
             scale = math.pi * GRAVITY / (math.tau * frequency) ** 2
             values = {
                 "axial_amplitude": rng.choice([0.0, scale * between(rng, *FORCINGS)]),

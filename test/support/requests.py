@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
-import rclpy
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
 from rcl_interfaces.msg import Parameter, ParameterValue
@@ -19,14 +18,12 @@ from rcl_interfaces.srv import (
     SetParameters,
     SetParametersAtomically,
 )
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import SetBool, Trigger
 from type_description_interfaces.srv import GetTypeDescription
 
 from bouncing_disk_ros.limits import REQUEST_ITEMS, REQUEST_TEXT
 from support.processes import PATIENCE
-from support.ros_peer import meet
+from support.ros import Nodes
 
 Make = Callable[[random.Random], Any]
 NAMES = ["restitution", "friction", "mass", "preset", "use_sim_time", "axial_amplitude",
@@ -111,43 +108,33 @@ OF_SIMULATOR: dict[str, tuple[type[Any], Make]] = OF_ANY_NODE | {
 }  # fmt: skip
 
 
-class Clients:
+class Clients(Nodes):
     """Some clients of one node, each a node of its own; each waits for an answer before it asks."""
 
     def __init__(
         self, node: str, services: dict[str, tuple[type[Any], Make]], count: int = 5
     ) -> None:
-        self.context = rclpy.Context()
-        rclpy.init(context=self.context, args=[], signal_handler_options=SignalHandlerOptions.NO)
-        self._executor = SingleThreadedExecutor(context=self.context)
+        super().__init__()
         self._services, self._target = services, f"/{node}"
-        self._nodes = [
-            rclpy.create_node(f"client_{i}", context=self.context, use_global_arguments=False)
-            for i in range(count)
-        ]
+        for i in range(count):
+            self.new_node(f"client_{i}")
         self._clients = [
             {
                 name: one.create_client(kind, f"{self._target}/{name}")
                 for name, (kind, _) in services.items()
             }
-            for one in self._nodes
+            for one in self.nodes
         ]
-        for one in self._nodes:
-            self._executor.add_node(one)
-        self._meet()
-
-    def _meet(self) -> None:
-        """Wait until the node knows every client."""
-        for one, clients in zip(self._nodes, self._clients, strict=True):
+        for one, clients in zip(self.nodes, self._clients, strict=True):
             for name, client in clients.items():
-                self._wait(client.service_is_ready, name)
-            meet(one, self._target, lambda condition: self._wait(condition, self._target))
+                self.spin_until(client.service_is_ready, what=name)
+            self.meet(one, self._target)
 
     def ask(self, seed: int, count: int) -> dict[str, list[tuple[Any, Any]]]:
         """Ask so often in all; requests with answers by service. AssertionError for a lost one."""
         rng = random.Random(seed)
         todo: Iterator[int] = iter(range(count))
-        open_: list[tuple[str, Any, Any, float] | None] = [None] * len(self._nodes)
+        open_: list[tuple[str, Any, Any, float] | None] = [None] * len(self.nodes)
         answers: dict[str, list[tuple[Any, Any]]] = {name: [] for name in self._services}
         left = count
         while left:
@@ -165,21 +152,8 @@ class Clients:
                         left -= 1
                     late = time.monotonic() > since + PATIENCE
                     assert not late, f"seed {seed}: no answer to {name}: {str(request)[:500]}"
-            self._executor.spin_once(timeout_sec=0.01)
+            self.executor.spin_once(timeout_sec=0.01)
         return answers
-
-    def _wait(self, condition: Callable[[], bool], what: str) -> None:
-        end = time.monotonic() + PATIENCE
-        while not condition():
-            assert time.monotonic() < end, what
-            self._executor.spin_once(timeout_sec=0.01)
-
-    def close(self) -> None:
-        """Leave the domain."""
-        self._executor.shutdown()
-        for one in self._nodes:
-            one.destroy_node()
-        rclpy.shutdown(context=self.context)
 
 
 def check_answers(answers: dict[str, list[tuple[Any, Any]]]) -> None:

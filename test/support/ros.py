@@ -1,39 +1,91 @@
-"""A look at the topics of other processes, from within a test."""
+"""Nodes of the test itself, which look at and command those of other processes.
+
+Every wait is for a condition: nothing is sent before the other side is matched, nothing sleeps.
+"""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Any
 
+import rclpy
+from rcl_interfaces.srv import GetParameters
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.signals import SignalHandlerOptions
+
 from support.processes import PATIENCE
+
+
+class Nodes:
+    """Nodes in a context of their own, and the executor that runs their callbacks."""
+
+    def __init__(self) -> None:
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, args=[], signal_handler_options=SignalHandlerOptions.NO)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.nodes: list[Node] = []
+
+    def new_node(self, name: str, **options: Any) -> Node:
+        """Another node; `options` are those of rclpy's Node."""
+        node = rclpy.create_node(name, context=self.context, use_global_arguments=False, **options)
+        self.nodes.append(node)
+        self.executor.add_node(node)
+        return node
+
+    def spin_until(
+        self, condition: Callable[[], Any], timeout: float = PATIENCE, what: str = "the condition"
+    ) -> None:
+        """Run callbacks until a condition holds."""
+        end = time.monotonic() + timeout
+        while not condition():
+            assert time.monotonic() < end, f"{what} did not hold within {timeout} s"
+            self.executor.spin_once(timeout_sec=0.02)
+
+    def meet(self, node: Node, target: str) -> None:
+        """Wait until the node `target` knows all clients that another has made by now.
+
+        The middleware drops the answer to a client that it does not know yet. Clients become known
+        in the order in which they were made: one more is made, and asks until it is answered.
+        """
+        client = node.create_client(GetParameters, f"{target}/get_parameters")
+        self.spin_until(client.service_is_ready)
+        answers: list[Any] = []
+        while not any(answer.done() for answer in answers):
+            answers.append(client.call_async(GetParameters.Request()))
+            end = time.monotonic() + 1.0
+            self.spin_until(lambda: answers[-1].done() or time.monotonic() > end)  # noqa: B023
+            assert len(answers) < PATIENCE, f"{target} does not answer"
+        node.destroy_client(client)
+
+    def call_service(self, client: Any, request: Any) -> Any:
+        """The answer to a request."""
+        future = client.call_async(request)
+        self.spin_until(future.done)
+        return future.result()
+
+    def close(self) -> None:
+        """Leave the domain."""
+        self.executor.shutdown()
+        for node in self.nodes:
+            node.destroy_node()
+        rclpy.shutdown(context=self.context)
 
 
 def wait_for_message(
     kind: type, topic: str, *, latched: bool = False, timeout: float = PATIENCE
 ) -> Any:
     """Return the first message of type `kind` that arrives on `topic`, in a context of its own."""
-    import rclpy
-    from rclpy.context import Context
-    from rclpy.executors import SingleThreadedExecutor
-    from rclpy.qos import DurabilityPolicy, QoSProfile
-
-    context = Context()
-    rclpy.init(context=context)
-    node = rclpy.create_node("test_listener", context=context)
-    executor = SingleThreadedExecutor(context=context)
-    executor.add_node(node)
     durability = DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE
     received: list[Any] = []
-    node.create_subscription(
+    nodes = Nodes()
+    nodes.new_node("test_listener").create_subscription(
         kind, topic, received.append, QoSProfile(depth=10, durability=durability)
     )
-    deadline = time.monotonic() + timeout
     try:
-        while not received:
-            assert time.monotonic() < deadline, f"no message on {topic} within {timeout} s"
-            executor.spin_once(timeout_sec=0.05)
+        nodes.spin_until(lambda: received, timeout, f"a message on {topic}")
         return received[0]
     finally:
-        executor.shutdown()
-        node.destroy_node()
-        context.try_shutdown()
+        nodes.close()

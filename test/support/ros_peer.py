@@ -6,17 +6,11 @@ Every wait is for a condition: nothing is sent before the other side is matched,
 from __future__ import annotations
 
 import importlib
-import time
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import rclpy
 from numpy.typing import NDArray
-from rcl_interfaces.srv import GetParameters
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 
 from bouncing_disk_ros.core.model import join_rows
 from bouncing_disk_ros.ros.conversions import programme_to_msg
@@ -25,8 +19,7 @@ from bouncing_disk_ros.ros.qos import profile_of
 from bouncing_disk_ros.run.command_validation import PointRequest, ProgrammeRequest
 from bouncing_disk_ros.run.input_records import Record, from_json
 from bouncing_disk_ros.topics import TOPICS, Direction
-from support.processes import PATIENCE
-from support.replayed import replayed
+from support.ros import Nodes
 
 
 def message_type(name: str) -> type[Any]:
@@ -36,24 +29,7 @@ def message_type(name: str) -> type[Any]:
     return found
 
 
-def meet(node: Node, target: str, spin_until: Callable[[Callable[[], Any]], None]) -> None:
-    """Wait until a node knows all clients that another has made by now.
-
-    The middleware drops the answer to a client that it does not know yet. Clients become known in
-    the order in which they were made: one more is made, and asks until it is answered.
-    """
-    client = node.create_client(GetParameters, f"{target}/get_parameters")
-    spin_until(client.service_is_ready)
-    answers: list[Any] = []
-    while not any(answer.done() for answer in answers):
-        answers.append(client.call_async(GetParameters.Request()))
-        end = time.monotonic() + 1.0
-        spin_until(lambda: answers[-1].done() or time.monotonic() > end)  # noqa: B023
-        assert len(answers) < PATIENCE, f"{target} does not answer"
-    node.destroy_client(client)
-
-
-class Peer:
+class Peer(Nodes):
     """Hears every topic of the simulator in a namespace: `heard[topic]` is the list of messages."""
 
     def __init__(
@@ -62,14 +38,9 @@ class Peer:
         node: str = "bouncing_disk",
         without: tuple[str, ...] = ("/clock",),
     ) -> None:
-        self.context = rclpy.Context()
-        rclpy.init(context=self.context, args=[], signal_handler_options=SignalHandlerOptions.NO)
-        self.node = rclpy.create_node(
-            "peer", namespace=namespace, context=self.context, use_global_arguments=False
-        )
+        super().__init__()
+        self.node = self.new_node("peer", namespace=namespace)
         self._simulator = node
-        self._executor = SingleThreadedExecutor(context=self.context)
-        self._executor.add_node(self.node)
         self._publishers: dict[str, Any] = {}
         self._clients: dict[str, Any] = {}
         self._records: list[Record] = []
@@ -81,21 +52,9 @@ class Peer:
                     message_type(topic.type), name, self.heard[name].append, profile_of(topic)
                 )
 
-    def close(self) -> None:
-        self._executor.shutdown()
-        self.node.destroy_node()
-        rclpy.shutdown(context=self.context)
-
     def add(self, node: Node) -> None:
         """Run the callbacks of another node too."""
-        self._executor.add_node(node)
-
-    def spin_until(self, condition: Callable[[], Any], timeout: float = PATIENCE) -> None:
-        """Run callbacks until a condition holds."""
-        end = time.monotonic() + timeout
-        while not condition():
-            assert time.monotonic() < end, f"the condition did not hold within {timeout} s"
-            self._executor.spin_once(timeout_sec=0.05)
+        self.executor.add_node(node)
 
     def settle(self) -> None:
         """Wait until all the topics have a publisher."""
@@ -104,7 +63,7 @@ class Peer:
 
     def spin_once(self) -> None:
         """Run what is due."""
-        self._executor.spin_once(timeout_sec=0.0)
+        self.executor.spin_once(timeout_sec=0.0)
 
     def publisher(self, name: str) -> Any:
         """The publisher of a command topic, once somebody listens."""
@@ -138,10 +97,8 @@ class Peer:
                 kind, f"{self._simulator}/{name}"
             )
             self.spin_until(client.service_is_ready)
-            meet(self.node, self._simulator, self.spin_until)
-        future = client.call_async(kind.Request() if request is None else request)
-        self.spin_until(future.done)
-        return future.result()
+            self.meet(self.node, self._simulator)
+        return self.call_service(client, kind.Request() if request is None else request)
 
     def set_parameters(self, **values: Any) -> Any:
         """Set parameters atomically; the result (successful, reason)."""
@@ -192,17 +149,6 @@ class Peer:
         self.spin_until(found)
         status = found()
         return status.level[0], status.message, {pair.key: pair.value for pair in status.values}
-
-    def check_replay(self) -> NDArray[np.void]:
-        """Replay the records up to the last; the rows heard are those, to the bit, none missing."""
-        records = self.records
-        assert [record["index"] for record in records] == list(range(len(records)))
-        again, _ = replayed(records, until_ns=records[-1]["time_ns"])
-        self.spin_until(lambda: self.rows["index"][-1] == again["index"][-1])
-        heard = self.rows
-        assert np.array_equal(np.diff(heard["index"]), np.ones(len(heard) - 1))
-        assert heard.tobytes() == again[-len(heard) :].tobytes()
-        return heard
 
     def wait_for_record(self, kind: str) -> Record:
         """Wait until the newest record of an input is of a kind, and return it."""

@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from bouncing_disk_ros import simulate
 from bouncing_disk_ros.core.model import Disk, ImpactKind, InitialState, Motion, Phase
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.study import named, run
@@ -377,80 +376,3 @@ def _sort_of(one: Seen, cycles: int, period: int) -> int:
         ):
             return 2 if n == period or not period else -2
     return 3
-
-
-def attack_toss_map(rng: np.random.Generator, path: Path) -> list[str]:
-    """Delay, airborne speed, ratio and efficiency of single tosses."""
-    given = {
-        "gravity": float(10.0 ** rng.uniform(-1.0, 2.0)), "mass": float(rng.uniform(0.1, 2.0)),
-        "frequency": float(10.0 ** rng.uniform(-0.5, 1.5)),
-        "friction": float(rng.choice([0.0, rng.uniform(0.05, 2.0)])),
-        "friction_radius": float(rng.uniform(0.05, 0.3)),
-        "gyration_radius": float(rng.uniform(0.05, 0.3)),
-        "preload": float(rng.choice([0.0, rng.uniform(0.0, 3.0)])),
-        "load_torque": float(rng.choice([0.0, rng.uniform(-0.1, 0.1)])),
-    }  # fmt: skip
-    pull = given["gravity"] + given["preload"] / given["mass"]
-    omega = math.tau * given["frequency"]
-    arc = float(rng.uniform(1.1, 4.0)) * pull / omega**2
-    lag, angle = float(rng.uniform(-3.0, 3.0)), float(rng.uniform(0.05, 1.5))
-    speed = float(rng.choice([0.0, rng.uniform(-20.0, 20.0)]))
-    options = {
-        **given, "arc_amplitude": arc, "phase_lag_begin": lag, "phase_lag_end": lag + 0.1,
-        "phase_lag_count": 2, "amplitude_angle_begin": angle, "amplitude_angle_end": angle + 0.05,
-        "amplitude_angle_count": 2, "initial_angular_velocity": speed,
-    }  # fmt: skip
-    result = computed("toss_map", path, **options)
-    delay = float(result["delay"].values[0, 0])
-    if not 0.0 < delay < 100.0 / given["frequency"]:
-        return []
-    about: Options = dict(
-        **given, axial_amplitude=arc * math.cos(angle), phase_lag=lag,
-        angular_amplitude=arc * math.sin(angle) / given["friction_radius"],
-        initial_angular_velocity=speed, restitution=0.5,
-    )  # fmt: skip
-    step = round(1e-6 * delay * 1e9) + 1
-    before, after = (
-        simulate(round(delay * 1e9 + side * step) * 1e-9, **about, sample_rate=1e9 / round(
-            delay * 1e9 + side * step)) for side in (-1, 1)
-    )  # fmt: skip
-    said = []
-    flies = [int(one.samples["phase"][-1]) == Phase.FLIGHT for one in (before, after)]
-    if flies != [False, True]:
-        return [f"toss_map({options}): leaves at {delay}: {flies}"]
-    final = float(after.samples["angular_velocity"][-1])
-    scale = max(1.0, abs(final), about["angular_amplitude"] * omega)
-    airborne = float(result["airborne_speed"].values[0, 0])
-    if abs(final - airborne) > 1e-5 * scale:
-        said.append(f"airborne speed {airborne}, {final} seen")
-    ratio = float(result["speed_ratio"].values[0, 0])
-    if abs(ratio - final / (about["angular_amplitude"] * omega)) > 1e-5 * scale:
-        said.append(f"speed ratio {ratio}")
-    gain = 0.5 * given["mass"] * given["gyration_radius"] ** 2 * (final**2 - speed**2)
-    efficiency = float(result["efficiency"].values[0, 0])
-    if after.input_work > 1e-3 * given["mass"] * pull * arc and not math.isclose(
-        efficiency, gain / after.input_work, rel_tol=1e-4, abs_tol=1e-4
-    ):
-        said.append(f"efficiency {efficiency}, {gain / after.input_work} seen")
-    return [f"toss_map({options}): {one}" for one in said]
-
-
-def attack_toss_paths(rng: np.random.Generator, path: Path) -> list[str]:
-    """The path of the hand is that of the platform."""
-    arc, frequency = float(rng.uniform(0.1, 0.5)), float(rng.uniform(1.0, 5.0))
-    lag, angle = float(rng.uniform(-3.0, 3.0)), float(rng.uniform(0.1, 1.4))
-    radius = float(rng.uniform(0.05, 0.3))
-    result = computed("toss_paths", path, arc_amplitude=arc, frequency=frequency, points=17,
-                      phase_lags=f"{lag:.17g}", amplitude_angles=f"{angle:.17g}",
-                      friction_radius=radius)  # fmt: skip
-    run_ = simulate(
-        1.0 / frequency, axial_amplitude=arc * math.cos(angle), frequency=frequency, phase_lag=lag,
-        angular_amplitude=arc * math.sin(angle) / radius, friction_radius=radius, gravity=10.0,
-        sample_rate=16.0 * frequency,
-    )  # fmt: skip
-    samples = run_.samples[:16]
-    for name, scale in (("platform_angle", radius), ("platform_position", 1.0)):
-        field = "arc" if name == "platform_angle" else "axial_position"
-        if np.max(np.abs(samples[name] * scale - result[field].values[0, :16])) > 1e-7:
-            return [f"toss_paths: {field} at lag {lag}, angle {angle}"]
-    return []

@@ -3,16 +3,56 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from support.studied import Options, Start, agreed, apart, computed, known_of, seen
-from support.studied_branches import MOST, impacts_of
+from bouncing_disk_ros.core.model import ImpactKind
+from support.studied import (
+    PERIOD_NS,
+    Options,
+    Start,
+    agreed,
+    apart,
+    computed,
+    known_of,
+    seen,
+    simulated,
+)
 
 ENDS = 40
 """Starts whose ends are compared with an enclosed share."""
+MOST = 20_000
+"""Events of one run."""
+LONG = 2_000_000 * PERIOD_NS
+"""ns, end of a run whose events do not run out."""
+
+
+class Impacts(NamedTuple):
+    """Impacts of a run one by one, without that of the start."""
+
+    time: np.ndarray  # rad since the start
+    tau: np.ndarray
+    w: np.ndarray
+    contact: np.ndarray  # whether the disk was in contact before
+
+
+def impacts_of(given: Mapping[str, float], start: Start, most: int = MOST) -> Impacts:
+    """Follow a run for so many events at most."""
+    one = simulated(given, start)
+    rows, _ = one.advance(round(LONG), most)
+    single = rows["kind"] == ImpactKind.IMPACT
+    tails = np.concatenate([[0], np.cumsum(rows["kind"] == ImpactKind.CHATTER_TAIL)])
+    place = np.flatnonzero(single)
+    contact = np.diff(tails[place], prepend=0) > 0
+    tau, w = rows["forcing_phase"][place], rows["axial_impact_velocity"][place]
+    if given["restitution"] == 0.0:  # contact leaves no row: it begins wherever the load is > 0
+        contact[1:] = math.pi * given["axial_forcing"] * np.sin(tau[:-1]) < 1.0
+    columns = (rows["time"][place], tau, w, contact)
+    return Impacts(*(column[1:].copy() for column in columns))
 
 
 def derivatives(given: Options, start: Start, impacts: int) -> np.ndarray | None:

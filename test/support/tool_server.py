@@ -94,7 +94,6 @@ def read(arguments: Sequence[str]) -> int:
 def study(arguments: Sequence[str]) -> int:
     """The tool `study`: what a study takes from a bag, and how its node ends if it cannot."""
     from bouncing_disk_ros.errors import InputError
-    from bouncing_disk_ros.ros.spin import bad_input
     from bouncing_disk_ros.study.bifurcation.options import DEFINITION
     from bouncing_disk_ros.study.from_run import read_bag
 
@@ -102,7 +101,8 @@ def study(arguments: Sequence[str]) -> int:
     try:
         found = read_bag(arguments[0], None, {name: DEFINITION.options[name] for name in wanted})
     except InputError as error:
-        return bad_input("study", error.line)
+        print(f"study: {error.line}", file=sys.stderr)
+        return 2
     print(found.text)
     return 0
 

@@ -226,15 +226,6 @@ def test_urdf_is_a_tree_from_the_world_that_moves_by_the_joints_of_joint_states(
     assert {"platform", "disk", topics.IMPACT_FRAME, *parents.values()} <= set(links)
 
 
-def test_rviz_shows_the_topics_that_exist() -> None:
-    view = yaml.safe_load((ROOT / "rviz" / "bouncing_disk.rviz").read_text("utf-8"))
-    manager = view["Visualization Manager"]
-    assert manager["Global Options"]["Fixed Frame"] == topics.WORLD_FRAME
-    shown = [display["Topic"]["Value"] for display in manager["Displays"] if "Topic" in display]
-    assert shown == ["disk/impacts"]
-    assert shown[0] in {topic.name for topic in topics.TOPICS.values()}
-
-
 @pytest.fixture
 def juggler(fakes: None) -> Callable[..., Any]:
     """The juggler of juggle.launch.py with some arguments."""

@@ -9,9 +9,10 @@ import sys
 from bouncing_disk_ros.executables import EXECUTABLES, entry_point
 
 
-def test_importing_a_tool_loads_no_kernels() -> None:
+def test_importing_a_tool_loads_no_kernels_and_light_names_nothing_heavy() -> None:
     modules = ("demo.demo_node", "performer", "impact_printer", "recorder.recorder_node")
-    code = "import sys\n"
+    code = "import sys, bouncing_disk_ros\nbouncing_disk_ros.InputError, dir(bouncing_disk_ros)\n"
+    code += "assert not {'numba', 'numpy', 'rclpy', 'matplotlib'} & set(sys.modules)\n"
     for module in modules:
         code += f"import bouncing_disk_ros.nodes.{module}\n"
         code += "slow = {'numba', 'matplotlib', 'scipy'} & set(sys.modules)\n"

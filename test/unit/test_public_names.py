@@ -10,7 +10,6 @@ import math
 import pickle
 import re
 import runpy
-import subprocess
 import sys
 import wave
 from pathlib import Path
@@ -137,15 +136,6 @@ def test_a_mistyped_name_gets_the_nearest() -> None:
         bouncing_disk_ros.simulat  # type: ignore[attr-defined]  # noqa: B018
     with pytest.raises(AttributeError, match=r"no attribute 'basin_pict'\. Did you mean"):
         plots.basin_pict  # type: ignore[attr-defined]  # noqa: B018
-
-
-def test_light_names_load_nothing_heavy() -> None:
-    code = (
-        "import sys, bouncing_disk_ros; bouncing_disk_ros.InputError; dir(bouncing_disk_ros); "
-        "sys.exit(' '.join({'numba', 'numpy', 'rclpy', 'matplotlib'} & set(sys.modules)) or 0)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
-    assert done.returncode == 0, done.stderr
 
 
 # --- numbers of NumPy -----------------------------------------------------------------------------
@@ -326,7 +316,7 @@ def test_a_result_is_drawn_as_its_command_draws_it(tmp_path: Path) -> None:
     for name, figure in drawn.items():
         shown = []
         for one in (figure, again[name]):
-            one.savefig(content := io.BytesIO(), format="png")
+            one.savefig(content := io.BytesIO(), format="png", dpi=30)
             shown.append(content.getvalue())
         assert shown[0] == shown[1]
 

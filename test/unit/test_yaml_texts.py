@@ -16,9 +16,9 @@ from rclpy.logging import LoggingSeverity, set_logger_level
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from bouncing_disk_ros.command_line.ros_arguments import RosArguments
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parsing import read_yaml
-from bouncing_disk_ros.ros.ros_arguments import RosArguments
 
 NAME = "study"
 REFUSED = "refused"

@@ -13,7 +13,7 @@ import numpy as np
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, rare_kernel
-from bouncing_disk_ros.core.impact_law import axial_push
+from bouncing_disk_ros.core.impact_law import axial_push, speed_after
 from bouncing_disk_ros.juggling.kernels.flights import (
     FLIES,
     IMPACT,
@@ -25,7 +25,6 @@ from bouncing_disk_ros.juggling.kernels.flights import (
     SINCE,
     UNKNOWN,
     VELOCITY,
-    apart,
     next_event,
     sine_cosine,
 )
@@ -46,10 +45,19 @@ from bouncing_disk_ros.juggling.kernels.strategies import (
     hear,
 )
 from bouncing_disk_ros.juggling.kernels.toss_planner import (
-    ACCELERATION_LIMIT,
     FORCING,
     RESTITUTION,
     T_2,
+)
+from bouncing_disk_ros.juggling.kernels.verdicts import (
+    CAPTURED,
+    COUNT,
+    NEAR,
+    REACHED,
+    TALLY,
+    VERDICT,
+    draw,
+    note_impact,
 )
 
 P_RESTITUTION, DELAY, JITTER, MISSED, HEARS_VELOCITY, IMPULSE, IMPULSE_AT, DEADLINE = range(8)
@@ -59,8 +67,6 @@ velocity is heard, change of velocity by an impulse, the begin of the period in 
 PHASE_LAG, ANGULAR_FORCING = 8, 9
 """Of its rotation: θ (rad), Γ_T."""
 PLANT = 10
-NEVER, CAPTURED, LOST = 0, 1, 2
-"""Verdicts."""
 R_VERDICT, R_IMPACTS, R_TIME, R_POSITION, R_ACCELERATION, R_COMMANDS, R_EVENTS = range(7)
 """Results: verdict, impacts and time until captured, largest offset, commands, impacts in all."""
 R_ROTOR = 7
@@ -77,66 +83,41 @@ _BUDGET = 100_000  # impacts of one run
 
 
 @rare_kernel
-def draw(seed: int, start: int, count: int) -> float:
-    """A number in [0, 1): splitmix64 of the three."""
-    z = np.uint64(seed) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(start) * np.uint64(
-        0xD1342543DE82EF95
-    )
-    z += np.uint64(count + 1) * np.uint64(0x2545F4914F6CDD1D)
-    for _ in range(2):
-        z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-        z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-        z = z ^ (z >> np.uint64(31))
-    return float(z >> np.uint64(11)) * 2.0**-53
-
-
-@rare_kernel
-def is_on(orbit: Array, state: Array, tolerance: float) -> bool:
-    """Whether the state after an impact is near a point of an orbit."""
-    for point in orbit:
-        off = apart(state[SINCE], point[0])
-        if abs(off) <= tolerance and abs(state[VELOCITY] - point[1]) <= tolerance:
-            return True
-    return False
-
-
-@rare_kernel
 def run_loop(
     settings: Array, orbit: Array, plant: Array, start: Array, tolerance: float, streak: int,
     seed: int, number: int, result: Array, trace: Array,
 ) -> None:  # fmt: skip
     """One start: see `run_loops`."""
-    forcing, e, bound = settings[FORCING], plant[P_RESTITUTION], settings[ACCELERATION_LIMIT]
+    forcing, e = settings[FORCING], plant[P_RESTITUTION]
     plan, memory, waiting = np.empty((ROWS, COLUMNS)), np.zeros(MEMORY), np.empty((_WAITING, 4))
     clear_plan(plan)
     memory[BELIEF + KIND], memory[EPSILON] = UNKNOWN, settings[RESTITUTION]
     memory[AIM + T_2] = -math.inf
     targets, state = orbit.copy(), start.copy()
-    queued = impacts = near = drawn = 0
+    tally = np.zeros(TALLY)
+    queued = drawn = 0
     impulse_at = math.inf
     if plant[IMPULSE] != 0.0:
         impulse_at = plant[IMPULSE_AT] + TWO_PI * draw(seed, number, _IMPULSE_DRAW)
     result[:] = 0.0
     rotor = np.zeros(3)
     rotor[TURNED_AT] = start[SINCE]
-    had = False
     if state[KIND] == FLIES:
         queued = report(plant, waiting, 0, state, False, seed, number, 0)
         drawn = 1
-    while state[SINCE] < plant[DEADLINE] and impacts < _BUDGET:
+    while state[SINCE] < plant[DEADLINE] and tally[COUNT] < _BUDGET:
         heard_at = waiting[0, 0] if queued else math.inf
         until = min(heard_at, impulse_at, plant[DEADLINE])
-        found, t, w = next_event(forcing, e, bound, plan, state, until)
+        found, t, w = next_event(forcing, e, plan, state, until)
         if found in (IMPACT, RESTED):
             turn_rotor(plant, rotor, t, w)
-            if impacts < len(trace):
-                trace[impacts] = t, state[VELOCITY]
-            impacts += 1
-            near = near + 1 if found == IMPACT and is_on(orbit, state, tolerance) else 0
-            if near == 1:
-                result[R_IMPACTS], result[R_TIME] = impacts, t - start[SINCE]
-            had = had or near >= streak
-            queued = report(plant, waiting, queued, state, found == RESTED, seed, number, drawn)
+            if tally[COUNT] < len(trace):
+                trace[int(tally[COUNT])] = t, state[VELOCITY]
+            rests = found == RESTED
+            note_impact(tally, orbit, t, state[VELOCITY], rests, tolerance, streak)
+            if tally[NEAR] == 1:
+                result[R_TIME] = t - start[SINCE]
+            queued = report(plant, waiting, queued, state, rests, seed, number, drawn)
             drawn += 1
         elif found == NOTHING and until == impulse_at:
             give_impulse(state, plant[IMPULSE], until)
@@ -145,9 +126,17 @@ def run_loop(
             queued = deliver(settings, targets, memory, plan, waiting, queued, result)
         elif found == NOTHING:
             break
-    result[R_EVENTS] = impacts
-    note_verdict(result, near >= streak, had)
-    result[R_ROTOR] = mean_speed(plant, rotor, start[SINCE]) if near >= streak else math.nan
+    enter_verdict(plant, rotor, tally, start[SINCE], result)
+
+
+@rare_kernel
+def enter_verdict(plant: Array, rotor: Array, tally: Array, start: float, result: Array) -> None:
+    """Write how a run ended that began at an instant."""
+    result[R_VERDICT], result[R_EVENTS] = tally[VERDICT], tally[COUNT]
+    if tally[VERDICT] == CAPTURED:
+        result[R_IMPACTS], result[R_ROTOR] = tally[REACHED], mean_speed(plant, rotor, start)
+    else:
+        result[R_IMPACTS], result[R_TIME], result[R_ROTOR] = tally[COUNT], math.nan, math.nan
 
 
 @rare_kernel
@@ -159,9 +148,8 @@ def turn_rotor(plant: Array, rotor: Array, t: float, w: float) -> None:
     begin = max(rotor[TURNED_AT], plant[DEADLINE] - MEASURED)
     rotor[TURNED] += rotor[SPEED] * max(t - begin, 0.0)
     rotor[TURNED_AT] = t
-    slip = rotor[SPEED] - sine_cosine(t + plant[PHASE_LAG])[1]
     most = axial_push(-abs(w), plant[P_RESTITUTION]) / plant[ANGULAR_FORCING]
-    rotor[SPEED] -= min(max(slip, -most), most)
+    rotor[SPEED] = speed_after(rotor[SPEED], sine_cosine(t + plant[PHASE_LAG])[1], most)
 
 
 @rare_kernel
@@ -171,15 +159,6 @@ def mean_speed(plant: Array, rotor: Array, start: float) -> float:
     begin = max(start, end - MEASURED)
     turned = rotor[TURNED] + rotor[SPEED] * max(end - max(rotor[TURNED_AT], begin), 0.0)
     return float(turned / (end - begin))
-
-
-@rare_kernel
-def note_verdict(result: Array, captured: bool, had: bool) -> None:
-    """Keep how a run ended."""
-    impacts = result[R_EVENTS]
-    result[R_VERDICT] = CAPTURED if captured else LOST if had else NEVER
-    if not captured:
-        result[R_IMPACTS], result[R_TIME] = impacts, math.nan
 
 
 @rare_kernel

@@ -1,25 +1,32 @@
 """An offset of the platform as quintic pieces, for kernels.
 
 Units of the next-collision map: time 1/ω (so that an instant is a forcing phase, never wrapped),
-length πg/ω². A plan is an array (ROWS, COLUMNS): each piece with its begin, duration, coefficients
-over x = (t − begin)/duration and the state at its end. A piece is in force until the next one
-begins; after its own end its position is held.
+length πg/ω². A plan is an array (ROWS, COLUMNS): each piece with its begin, its duration, the state
+at its end and the table that the core reads of it (`core.platform.offset_at`). A piece is in force
+until the next one begins; a piece that is over before has led the offset to nothing.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.arithmetic import rare_kernel
+from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel
+from bouncing_disk_ros.core.layout import OFFSET_DEGREE
+from bouncing_disk_ros.core.platform import offset_at, offset_bounds
 
 Array = NDArray[np.float64]
-ROWS, COLUMNS = 12, 11
-BEGIN, DURATION, FIRST, END = 0, 1, 2, 8
-"""Columns: begin, duration, six coefficients, and position, velocity, acceleration at the end."""
+Triple = tuple[float, float, float]
+BEGIN, DURATION, END, TABLE = 0, 1, 2, 5
+"""Columns: begin, duration, position, velocity and acceleration at the end, then the table."""
+SIZE = OFFSET_DEGREE + 1
+ROWS, COLUMNS = 12, TABLE + SIZE * SIZE * 2
+GIGA = 1e9
+"""The core counts the duration of a piece in 1e-9 of its unit of time."""
 KEPT = 5
 """Pieces that are over or in force, which a new plan keeps: impacts may be heard late."""
 _SAMPLES = 32  # of a piece, where its largest position is looked for
@@ -44,6 +51,12 @@ def clear_plan(plan: Array) -> None:
 
 
 @rare_kernel
+def table_of(row: Array) -> Any:
+    """The derivatives 0 to 5 of a piece as polynomials of (t − begin)/duration: (6, 6, 2)."""
+    return row[TABLE:].reshape((SIZE, SIZE, 2))
+
+
+@rare_kernel
 def piece_at(plan: Array, t: float) -> int:
     """The row in force just after an instant."""
     i = 0
@@ -53,28 +66,32 @@ def piece_at(plan: Array, t: float) -> int:
 
 
 @rare_kernel
-def offset_state(plan: Array, t: float) -> tuple[float, float, float]:
+def is_still(state: Triple) -> bool:
+    """Whether a state of the offset is that of no offset."""
+    return state[0] == 0.0 and state[1] == 0.0 and state[2] == 0.0
+
+
+@kernel
+def over_at(row: Array) -> float:
+    """When a piece has led the offset to nothing; inf: it has not when the next one begins."""
+    still = is_still((row[END], row[END + 1], row[END + 2]))
+    return row[BEGIN] + row[DURATION] if still else math.inf
+
+
+@rare_kernel
+def offset_state(plan: Array, t: float) -> Triple:
     """Position, velocity and acceleration of the offset at an instant."""
     row = plan[piece_at(plan, t)]
-    span = row[DURATION]
-    x = (t - row[BEGIN]) / span
-    if not x < 1.0 or row[BEGIN] == -math.inf:
-        return row[END], 0.0, 0.0
-    p = v = a = 0.0
-    for k in range(5, -1, -1):
-        c = row[FIRST + k]
-        p = p * x + c
-        if k > 0:
-            v = v * x + k * c
-        if k > 1:
-            a = a * x + k * (k - 1) * c
-    return p, v / span, a / (span * span)
+    if t >= over_at(row):
+        return 0.0, 0.0, 0.0
+    p, v, a, _, _, _ = offset_at(table_of(row), row[DURATION] * GIGA, t - row[BEGIN])
+    return p, v, a
 
 
 @rare_kernel
 def write_piece(
-    row: Array, begin: float, end: float, s: tuple[float, float, float],
-    e: tuple[float, float, float],
+    row: Array, begin: float, end: float, s: Triple,
+    e: Triple,
 ) -> None:  # fmt: skip
     """Enter the quintic from state s at `begin` to state e at `end`."""
     t = end - begin
@@ -83,39 +100,33 @@ def write_piece(
     rise = e[0] - s[0]
     v0, v1 = s[1] * t, e[1] * t
     a0, a1 = 0.5 * s[2] * t * t, 0.5 * e[2] * t * t
-    row[FIRST], row[FIRST + 1], row[FIRST + 2] = s[0], v0, a0
-    row[FIRST + 3] = 10.0 * rise - 6.0 * v0 - 4.0 * v1 - 3.0 * a0 + a1
-    row[FIRST + 4] = -15.0 * rise + 8.0 * v0 + 7.0 * v1 + 3.0 * a0 - 2.0 * a1
-    row[FIRST + 5] = 6.0 * rise - 3.0 * v0 - 3.0 * v1 - a0 + a1
+    table = table_of(row)
+    table[:] = 0.0
+    table[0, 0, 0], table[0, 1, 0], table[0, 2, 0] = s[0], v0, a0
+    table[0, 3, 0] = 10.0 * rise - 6.0 * v0 - 4.0 * v1 - 3.0 * a0 + a1
+    table[0, 4, 0] = -15.0 * rise + 8.0 * v0 + 7.0 * v1 + 3.0 * a0 - 2.0 * a1
+    table[0, 5, 0] = 6.0 * rise - 3.0 * v0 - 3.0 * v1 - a0 + a1
+    for order in range(1, SIZE):
+        for i in range(SIZE - order):
+            table[order, i, 0] = (i + 1) * table[order - 1, i + 1, 0] / t
 
 
 @rare_kernel
 def largest_acceleration(row: Array) -> float:
-    """Largest absolute acceleration of a piece: at an end or where the third derivative is 0."""
-    c2, c3, c4, c5 = (
-        2.0 * row[FIRST + 2], 6.0 * row[FIRST + 3], 12.0 * row[FIRST + 4], 20.0 * row[FIRST + 5]
-    )  # fmt: skip
-    top = max(abs(c2), abs(c2 + c3 + c4 + c5))
-    root = c4 * c4 - 3.0 * c5 * c3
-    if root >= 0.0:
-        q = -(c4 + (math.sqrt(root) if c4 >= 0.0 else -math.sqrt(root)))
-        x = q / (3.0 * c5) if c5 != 0.0 else -1.0
-        if 0.0 < x < 1.0:
-            top = max(top, abs(c2 + x * (c3 + x * (c4 + x * c5))))
-        x = c3 / q if q != 0.0 else -1.0
-        if 0.0 < x < 1.0:
-            top = max(top, abs(c2 + x * (c3 + x * (c4 + x * c5))))
-    return top / (row[DURATION] * row[DURATION])
+    """Largest absolute acceleration of a piece, rounded up."""
+    bounds: Triple = offset_bounds(table_of(row), row[DURATION] * GIGA, 0.0, row[DURATION])
+    return bounds[0]
 
 
 @rare_kernel
 def largest_position(row: Array, acceleration: float) -> float:
     """A bound from above of the absolute position of a piece, whose acceleration is bounded."""
     top = 0.0
+    table = table_of(row)
     for i in range(_SAMPLES + 1):
         x, p = i / _SAMPLES, 0.0
-        for k in range(5, -1, -1):
-            p = p * x + row[FIRST + k]
+        for k in range(OFFSET_DEGREE, -1, -1):
+            p = p * x + table[0, k, 0]
         top = max(top, abs(p))
     step = row[DURATION] / _SAMPLES
     return top + 0.125 * acceleration * step * step
@@ -129,12 +140,6 @@ def use_of_limits(row: Array, position_limit: float, acceleration_limit: float) 
     if part > 1.0:
         return part
     return max(part, largest_position(row, acceleration) / position_limit)
-
-
-@rare_kernel
-def is_still(state: tuple[float, float, float]) -> bool:
-    """Whether a state of the offset is that of no offset."""
-    return state[0] == 0.0 and state[1] == 0.0 and state[2] == 0.0
 
 
 @rare_kernel

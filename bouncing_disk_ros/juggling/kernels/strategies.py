@@ -11,10 +11,9 @@ import math
 import numpy as np
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, arccosine, entry, rare_kernel
+from bouncing_disk_ros.core.arithmetic import TWO_PI, arccosine, entry, kernel, rare_kernel
 from bouncing_disk_ros.juggling.kernels.flights import (
     FLIES,
-    GRAVITY,
     IMPACT,
     KIND,
     NOTHING,
@@ -23,7 +22,6 @@ from bouncing_disk_ros.juggling.kernels.flights import (
     SINCE,
     UNKNOWN,
     VELOCITY,
-    apart,
     next_event,
     platform_state,
     sine_cosine,
@@ -37,7 +35,6 @@ from bouncing_disk_ros.juggling.kernels.offset_plan import (
     write_piece,
 )
 from bouncing_disk_ros.juggling.kernels.toss_planner import (
-    ACCELERATION_LIMIT,
     FORCING,
     LEARNS,
     OWN_ORBIT,
@@ -53,6 +50,9 @@ from bouncing_disk_ros.juggling.kernels.toss_planner import (
     return_to_nothing,
     write_impact,
 )
+from bouncing_disk_ros.juggling.kernels.verdicts import apart
+from bouncing_disk_ros.maps.axial_map import GRAVITY
+from bouncing_disk_ros.maps.period_one import existence_limit
 
 NONE, IMPACT_TIME, DEADBEAT, SMALL = range(4)
 """Strategies: their numbers in the settings."""
@@ -77,6 +77,9 @@ _NEAR_PHASE, _NEAR_SPEED = 0.8, 0.4
 """How near to the orbit small-parameter feedback acts: rad and πg/ω."""
 
 
+least_forcing = kernel(existence_limit)
+
+
 def new_memory(restitution: float) -> Array:
     """Memory of a controller that has heard nothing."""
     memory = np.zeros(MEMORY)
@@ -88,7 +91,7 @@ def new_memory(restitution: float) -> Array:
 @entry(types.float64(types.float64, types.float64))
 def orbit_phase(forcing: float, restitution: float) -> float:
     """τ_imp of the period-1 orbit; 0 where there is none."""
-    least = (1.0 - restitution) / (1.0 + restitution)
+    least = least_forcing(restitution)
     return arccosine(least / forcing) if least < forcing else 0.0
 
 
@@ -106,7 +109,7 @@ def estimate(
 ) -> None:
     """The state of the disk after an impact, and ε, from what was heard and believed before."""
     forcing = settings[FORCING]
-    x, speed, _ = platform_state(forcing, plan, t)
+    x, speed, _, _, _ = platform_state(forcing, plan, t)
     belief = memory[BELIEF : BELIEF + 4]
     known, solid, before = arrival(settings, memory, plan, t, x)
     if rests:
@@ -135,9 +138,7 @@ def arrival(
     if state[KIND] != UNKNOWN:
         until = t - _BEFORE * (t - belief[SINCE])
         while True:
-            found, _, _ = next_event(
-                settings[FORCING], memory[EPSILON], settings[ACCELERATION_LIMIT], plan, state, until
-            )
+            found, _, _ = next_event(settings[FORCING], memory[EPSILON], plan, state, until)
             if found == NOTHING:
                 break
             solid = False
@@ -146,7 +147,7 @@ def arrival(
     d = t - state[SINCE]
     leaves = (x - state[POSITION]) / d + 0.5 * GRAVITY * d  # what leads from there to here
     if solid and memory[SOLID] != 0.0 and belief[KIND] == FLIES:
-        _, speed, _ = platform_state(settings[FORCING], plan, belief[SINCE])
+        _, speed, _, _, _ = platform_state(settings[FORCING], plan, belief[SINCE])
         learn(settings, memory, True, memory[ARRIVED] - speed, leaves - speed)
     return True, solid, leaves - GRAVITY * d
 
@@ -165,7 +166,7 @@ def learn(settings: Array, memory: Array, solid: bool, before: float, after: flo
 def bounces_on(settings: Array, memory: Array, plan: Array, now: float) -> bool:
     """Whether the disk bounces so low, with no plan in force, that nothing can be done yet."""
     belief = memory[BELIEF : BELIEF + 4]
-    _, speed, _ = platform_state(settings[FORCING], plan, belief[SINCE])
+    _, speed, _, _, _ = platform_state(settings[FORCING], plan, belief[SINCE])
     low = belief[KIND] == FLIES and belief[VELOCITY] - speed < _LOW
     return low and is_still(offset_state(plan, now)) and not memory[AIM + T_2] > now
 
@@ -174,7 +175,7 @@ def bounces_on(settings: Array, memory: Array, plan: Array, now: float) -> bool:
 def on_course(settings: Array, targets: Array, memory: Array, plan: Array, now: float) -> bool:
     """Whether the plan in force does all that is needed: the disk comes, or is, onto the orbit."""
     state = memory[BELIEF : BELIEF + 4].copy()
-    _, speed, _ = platform_state(settings[FORCING], plan, state[SINCE])
+    _, speed, _, _, _ = platform_state(settings[FORCING], plan, state[SINCE])
     slow = state[KIND] != FLIES or state[VELOCITY] - speed < _SLOW
     tolerance = _ROUGHLY if slow else _SAME
     if is_still(offset_state(plan, now)) and is_still(offset_state(plan, now + 1.5 * TWO_PI)):
@@ -187,9 +188,8 @@ def on_course(settings: Array, targets: Array, memory: Array, plan: Array, now: 
         return False
     for _ in range(_MOST):
         found, t, _ = next_event(
-            settings[FORCING], memory[EPSILON], settings[ACCELERATION_LIMIT], plan, state,
-            arrives + tolerance,
-        )  # fmt: skip
+            settings[FORCING], memory[EPSILON], plan, state, arrives + tolerance
+        )
         if found == NOTHING:
             return False
         if found == IMPACT and abs(t - arrives) < tolerance:
@@ -228,9 +228,7 @@ def plan_small(settings: Array, targets: Array, memory: Array, plan: Array, now:
         return False
     at = natural_landing(settings, belief, now)
     if at == -math.inf and is_still(offset_state(plan, now)):
-        _, at, _ = next_event(
-            settings[FORCING], e, settings[ACCELERATION_LIMIT], trial, belief.copy(), math.inf
-        )
+        _, at, _ = next_event(settings[FORCING], e, trial, belief.copy(), math.inf)
     if not now + 0.3 < at < math.inf:
         return False
     speed = small_speed(settings, e, target, off, fast)

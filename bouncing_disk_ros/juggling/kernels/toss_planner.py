@@ -14,34 +14,31 @@ import math
 import numpy as np
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, rare_kernel
+from bouncing_disk_ros.core.flight import Launch
+from bouncing_disk_ros.core.platform import axial_jet
 from bouncing_disk_ros.juggling.kernels.flights import (
     FLIES,
-    GRAVITY,
     IMPACT,
     KIND,
     NOTHING,
     POSITION,
-    REST_SPEED,
     SINCE,
     VELOCITY,
-    landing,
     next_event,
     sine_cosine,
 )
 from bouncing_disk_ros.juggling.kernels.offset_plan import (
     BEGIN,
-    COLUMNS,
     DURATION,
-    END,
-    ROWS,
     Array,
-    clear_plan,
+    Triple,
     is_still,
     keep_past,
     offset_state,
     use_of_limits,
     write_piece,
 )
+from bouncing_disk_ros.maps.axial_map import GRAVITY, axial_motion, landing
 
 FORCING, RESTITUTION, POSITION_LIMIT, ACCELERATION_LIMIT, STRATEGY, LEARNS, LEVELS, OWN_ORBIT = (
     range(8)
@@ -52,7 +49,6 @@ SETTINGS = 8
 T_2, V_2 = 0, 1
 """Aim of a plan: when the disk is on the orbit, and the velocity it then leaves with."""
 
-Triple = tuple[float, float, float]
 ZERO = (0.0, 0.0, 0.0)
 
 _FULL = 0.999  # of the limits
@@ -66,6 +62,7 @@ _GRAZE = 0.02  # slowest impact that is planned
 _ROOM = 0.5  # rad of rest left, at least, for a throw
 _THROW, _THROWS = 1.1, 16
 """Largest velocity of a throw, of √(limit of position × limit of acceleration), and how many."""
+_LOW = 1e-6  # πg/ω²: a disk no higher above the sinusoid is as good as below it
 _SAME = 1e-6  # rad: an impact is where it was planned
 _HASTE = 0.1  # of the limits: what a period of delay counts in the choice of a plan
 
@@ -126,9 +123,7 @@ def meets(
     """Whether the next two impacts of a flight under a plan are at these instants."""
     state = flight.copy()
     for at in (first, second):
-        found, t, _ = next_event(
-            settings[FORCING], restitution, settings[ACCELERATION_LIMIT], out, state, at + _SAME
-        )
+        found, t, _ = next_event(settings[FORCING], restitution, out, state, at + _SAME)
         if found != IMPACT or abs(t - at) > _SAME:
             return False
     return True
@@ -181,9 +176,6 @@ def try_toss(
 def meeting(settings: Array, flight: Array, begin: float, level: float, middle: float) -> float:
     """When the disk comes down on the platform moved by a level, not before `begin`; inf: not."""
     forcing = settings[FORCING]
-    flat = np.zeros((ROWS, COLUMNS))
-    clear_plan(flat)
-    flat[0, END] = level
     d = begin - flight[SINCE]
     gap = flight[POSITION] + d * (flight[VELOCITY] - 0.5 * GRAVITY * d)
     gap -= forcing * sine_cosine(begin)[0]
@@ -195,10 +187,13 @@ def meeting(settings: Array, flight: Array, begin: float, level: float, middle: 
         gap -= forcing * sine_cosine(start)[0]
         if gap <= level:
             return math.inf
-    return landing(
-        forcing, 0.0, flat, flight[SINCE], flight[POSITION], flight[VELOCITY], start,
-        begin + 6.0 * TWO_PI,
-    )  # fmt: skip
+    motion = axial_motion(forcing)
+    sine, cosine = sine_cosine(start)
+    jet = axial_jet(motion, sine, cosine, 0.0)
+    u = flight[VELOCITY] - GRAVITY * d - jet[1]
+    launch = Launch(0.0, sine, cosine, GRAVITY, gap - level, u)
+    until = begin + 6.0 * TWO_PI - start
+    return start + landing(motion, launch, jet, 0.0, until)[0]
 
 
 @rare_kernel
@@ -241,7 +236,7 @@ def plan_toss(
     `belief`: the state of the disk, at or before `now`. The flights that follow are tried one
     after another: the first that can be controlled is.
     """
-    forcing, bound = settings[FORCING], settings[ACCELERATION_LIMIT]
+    forcing = settings[FORCING]
     best, kept, base = np.empty_like(plan), np.empty_like(plan), np.empty_like(plan)
     n = keep_past(plan, now, kept)
     base[:] = kept
@@ -254,7 +249,7 @@ def plan_toss(
     flight, tried = belief.copy(), 0
     for _ in range(_EVENTS):
         here = flight.copy()
-        found, ends, _ = next_event(forcing, restitution, bound, base, flight, now + 8.0 * TWO_PI)
+        found, ends, _ = next_event(forcing, restitution, base, flight, now + 8.0 * TWO_PI)
         begin = max(now, here[SINCE], free)
         rests = here[KIND] != FLIES and (found == NOTHING or ends > begin + _ROOM)
         if rests and plan_throw(settings, restitution, targets, here, base, rows, begin, plan, aim):
@@ -289,9 +284,8 @@ def thrown_flight(
     for _ in range(_EVENTS):
         flown = state.copy()
         found, lands, _ = next_event(
-            settings[FORCING], restitution, settings[ACCELERATION_LIMIT], throw, flown,
-            ends + 8.0 * TWO_PI,
-        )  # fmt: skip
+            settings[FORCING], restitution, throw, flown, ends + 8.0 * TWO_PI
+        )
         if found == NOTHING:
             break
         if state[KIND] == FLIES and lands >= ends + _SHORTEST:
@@ -338,7 +332,7 @@ def natural_landing(settings: Array, flight: Array, now: float) -> float:
     d = now - flight[SINCE]
     gap = flight[POSITION] + d * (flight[VELOCITY] - 0.5 * GRAVITY * d)
     gap -= forcing * sine_cosine(now)[0]
-    if gap <= REST_SPEED:
+    if gap <= _LOW:
         return -math.inf
     at: float = meeting(settings, flight, now, 0.0, now)
     return at

@@ -122,13 +122,13 @@ def _compare_one(
     """`_compare` where there is one point."""
     for i in range(first, last):
         landed = z[LANDED + i] > 0.0
-        run, time, ask, d = z[BASIN_RUN + i], z[BASIN_TIME + i], z[NEEDS_SCALAR + i], z[DELAY + i]
+        run, time, needs, d = z[BASIN_RUN + i], z[BASIN_TIME + i], z[NEEDS_SCALAR + i], z[DELAY + i]
         near = _near(z[TAU + i], z[W + i], tau, w, tolerance)
         run = chosen(landed, chosen(near, run + 1.0, 0.0), run)
         z[BASIN_RUN + i] = run
         z[BASIN_POINT + i] = 0.0
         z[BASIN_TIME + i] = chosen(landed, time + d, time)
-        z[NEEDS_SCALAR + i] = chosen(run >= confirm, 1.0, ask)
+        z[NEEDS_SCALAR + i] = chosen(run >= confirm, 1.0, needs)
 
 
 @lane
@@ -151,7 +151,7 @@ def _compare(z: Any, first: int, last: int, known: Any, rule: Any) -> None:
             z[_FOLLOWS + i] = chosen(first_follows, 1.0, follows)
     for i in range(first, last):
         landed = z[LANDED + i] > 0.0
-        run, point, ask, following = (
+        run, point, needs, following = (
             z[BASIN_RUN + i],
             z[BASIN_POINT + i],
             z[NEEDS_SCALAR + i],
@@ -163,7 +163,7 @@ def _compare(z: Any, first: int, last: int, known: Any, rule: Any) -> None:
         z[BASIN_RUN + i] = run
         z[BASIN_POINT + i] = chosen(landed, following, point)
         z[BASIN_TIME + i] = chosen(landed, time + d, time)
-        z[NEEDS_SCALAR + i] = chosen(run >= confirm, 1.0, ask)
+        z[NEEDS_SCALAR + i] = chosen(run >= confirm, 1.0, needs)
 
 
 @lane
@@ -183,7 +183,7 @@ def _confirmed(z: Any, i: int, known: Any, rule: Any) -> int:
 
 @lane
 def _decision(z: Any, i: int, known: Any, rule: Any) -> int:
-    """Label of the start in a lane that asks; _OPEN: it has had one impact by the scalar map."""
+    """Label of the start in a lane that needs the scalar map; _OPEN: one impact by it was made."""
     label = _confirmed(z, i, known, rule)
     if label != _OPEN:
         return label
@@ -216,7 +216,7 @@ def _service(z: Any, i: int, data: Any) -> bool:
     data.found.label[job] = label
     data.found.impacts[job] = data.rule.cap - int(z[IMPACTS_LEFT + i])
     data.found.time[job] = z[BASIN_TIME + i]
-    z[BASIN_RUN + i] = 0.0  # a parked lane has nothing to ask
+    z[BASIN_RUN + i] = 0.0  # a parked lane never needs the scalar map
     return True
 
 

@@ -124,7 +124,7 @@ def launch_lanes(z: Scratch) -> int:
     """
     _leave_platform(z)
     _beyond_end(z)
-    wanted = 0
+    count = 0
     for i in range(LANES):
         f, u, end = z[FORCING + i], z[SPEED + i], z[END + i]
         a = GRAVITY - z[PULL + i]
@@ -138,11 +138,11 @@ def launch_lanes(z: Scratch) -> int:
         d = chosen(leaps, end, 0.0) + over / under
         before = z[DELAY + i]
         fresh = (z[LANDED + i] > 0.0) | (before != before)
-        asks = (z[NEEDS_SCALAR + i] > 0.0) | may_end(a, z[JERK + i], f, u, z[CHATTER + i])
+        needs = (z[NEEDS_SCALAR + i] > 0.0) | may_end(a, z[JERK + i], f, u, z[CHATTER + i])
         z[DELAY + i] = chosen(fresh, d, before)
-        z[NEEDS_SCALAR + i] = chosen(asks, 1.0, 0.0)
-        wanted += asks
-    return wanted
+        z[NEEDS_SCALAR + i] = chosen(needs, 1.0, 0.0)
+        count += needs
+    return count
 
 
 @lane
@@ -216,13 +216,13 @@ def land_lanes(z: Scratch) -> None:
         tau, w, u = z[TAU + i], z[W + i], z[SPEED + i]
         slope = z[SLOPE + i]
         left = z[IMPACTS_LEFT + i] - hit
-        looks = chosen(landed, 0.0, z[SEARCHES + i] + 1.0)
+        searches = chosen(landed, 0.0, z[SEARCHES + i] + 1.0)
         z[TAU + i] = chosen(landed, lane_phase_after(tau, z[DELAY + i]), tau)
         z[W + i] = chosen(landed, slope, w)
         z[SPEED + i] = chosen(landed, rebound(slope, z[RESTITUTION + i]), u)
         z[IMPACTS_LEFT + i] = left
-        z[SEARCHES + i] = looks
-        z[NEEDS_SCALAR + i] = chosen((left <= 0.0) | (looks > MANY_SEARCHES), 1.0, 0.0)
+        z[SEARCHES + i] = searches
+        z[NEEDS_SCALAR + i] = chosen((left <= 0.0) | (searches > MANY_SEARCHES), 1.0, 0.0)
 
 
 # ------------------------------------------------------------------------------------------------

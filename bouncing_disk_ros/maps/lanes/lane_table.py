@@ -84,7 +84,7 @@ SEARCHES = 12 * LANES  # rounds since the launch
 CHATTER = 13 * LANES  # `chatter_scale`
 IMPACTS_LEFT = 14 * LANES  # impacts to come
 TRAJECTORY = 15 * LANES  # index of the trajectory, −1: none
-NEEDS_SCALAR = 16 * LANES  # 1: the lane wants attention
+NEEDS_SCALAR = 16 * LANES  # 1: its next step is left to the scalar map
 STEP = 17 * LANES  # a step, or 1/h₁
 T0, T1, T2, T3 = 18 * LANES, 19 * LANES, 20 * LANES, 21 * LANES  # between loops of one function
 PULL = 22 * LANES  # Γ sin τ
@@ -182,7 +182,7 @@ def set_impact(z: Scratch, i: int, tau: float, w: float) -> None:
 def park_lane(z: Scratch, i: int) -> None:
     """Give a lane nothing to do: it bounces for ever on a platform that does not move."""
     assign_lane(z, i, -1, math.inf, (0.0, -1.0, 0.0, 1.0))
-    z[CHATTER + i] = -1.0  # nor does it ask
+    z[CHATTER + i] = -1.0  # and never needs the scalar map
 
 
 @kernel

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from bouncing_disk_ros import environment
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.command_line import environment
+from bouncing_disk_ros.command_line.start import Start
+from bouncing_disk_ros.errors import ExitCode
 from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.ros.startup import Start, run_without_ros
 
 _ABOUT = """Start a simulator with a disk at rest, let `perform` toss it into the period-1 orbit,
 watch both over DDS, record the run, and show the result: a summary, a picture, a report on
@@ -29,32 +29,32 @@ OPTIONS = {spec.name: spec for spec in _SPECS}
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run the demonstration; exit code 0 done, 1 failed, 2 bad input, 130 interrupted."""
-    start = Start("demo", _ABOUT, OPTIONS, _EXAMPLE, args, needs_ros=False)
+    start = Start("demo", _ABOUT, OPTIONS, _EXAMPLE, args, ExitCode.INTERRUPTED, needs_ros=False)
     parser = start.parser
     parser.usage = "demo [--help] [--bag FOLDER] [--ros-args -p NAME:=VALUE ...]"
     parser.add_argument("--bag", type=Path, default=Path(BAG), metavar="FOLDER",
                         help=f"where to record; replaces an earlier bag ({BAG})")  # fmt: skip
     folder = start.parse().bag
-    if not environment.ros_is_here():
-        return run_without_ros("demo", partial(_without_ros, start))
-    with start.stop.importing():
+    here = environment.ros_is_here()
+    return start.run(partial(_with_ros, start, folder) if here else partial(_without_ros, start))
+
+
+def _with_ros(start: Start, folder: Path) -> int:
+    with start.stop.loading():
         from bouncing_disk_ros.nodes.demo.demo_bag import remove_old_bag
         from bouncing_disk_ros.nodes.demo.demo_node import DemoNode
-        from bouncing_disk_ros.ros.spin import bad_input, run_node
+        from bouncing_disk_ros.ros.spin import run_node
 
-    try:
-        remove_old_bag(folder)
-        export = environment.use_private_domain()
-    except InputError as error:
-        return bad_input("demo", error.line)
+    remove_old_bag(folder)
+    export = environment.use_private_domain()
     with DemoNode.children(folder) as children:
         make = partial(DemoNode, OPTIONS, children, folder)
         present = partial(DemoNode.present, export=export)
-        return run_node("demo", start.ros, make, present, start.stop)
+        return run_node(start, make, present)
 
 
 def _without_ros(start: Start) -> int:
-    with start.stop.importing():
+    with start.stop.loading():
         announce_compilation("demo")
         from bouncing_disk_ros.nodes.demo.demo_alone import present_without_ros
 

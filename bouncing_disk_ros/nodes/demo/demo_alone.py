@@ -7,6 +7,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.command_line.start import option_values
 from bouncing_disk_ros.core.model import Disk, Sample
 from bouncing_disk_ros.nodes.demo.demo_story import (
     OPENING,
@@ -18,7 +19,6 @@ from bouncing_disk_ros.nodes.demo.demo_story import (
 )
 from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.report.run_record import RunRecord, State
-from bouncing_disk_ros.ros.startup import option_values
 from bouncing_disk_ros.run.loop import Loop
 from bouncing_disk_ros.run.programmes import FIRST_TOSS, load_programme, start_of
 from bouncing_disk_ros.run.session import Session

@@ -12,6 +12,8 @@ from pathlib import Path
 
 from rclpy.node import Node
 
+from bouncing_disk_ros.command_line.child import Child
+from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.core.model import Disk, MotionInForce
 from bouncing_disk_ros.errors import ExitCode, FailedError
 from bouncing_disk_ros.nodes.demo.demo_bag import report_bag
@@ -29,10 +31,8 @@ from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.report.run_record import RunRecord
 from bouncing_disk_ros.report.run_record_builder import RunRecordBuilder
 from bouncing_disk_ros.report.run_summary import last_orbit
-from bouncing_disk_ros.ros.child import Child
 from bouncing_disk_ros.ros.node_tool import options, wait_for
 from bouncing_disk_ros.ros.qos import subscription_to
-from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.programmes import FIRST_TOSS
 from bouncing_disk_ros.units import NS
 
@@ -95,8 +95,7 @@ class DemoNode(Node):
         self._check_children(self._is_over() or stop.asked)
         self._status("\n")
         if stop.asked:
-            print("demo: interrupted", flush=True)
-            return ExitCode.INTERRUPTED
+            raise KeyboardInterrupt
         return self._conclude(stop)
 
     @property

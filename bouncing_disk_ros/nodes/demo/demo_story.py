@@ -6,13 +6,13 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from bouncing_disk_ros import parameters
+from bouncing_disk_ros.command_line.start import check_figure_file
 from bouncing_disk_ros.core.model import Disk, MotionInForce
 from bouncing_disk_ros.errors import ExitCode, FailedError
 from bouncing_disk_ros.maps.scales import axial_forcing_of
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.report.run_record import RunRecord
 from bouncing_disk_ros.report.run_summary import Summary, lines, summary_of
-from bouncing_disk_ros.ros.startup import check_figure_file
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import FIRST_TOSS
 

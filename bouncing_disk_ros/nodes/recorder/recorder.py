@@ -6,8 +6,8 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 
+from bouncing_disk_ros.command_line.start import Start
 from bouncing_disk_ros.nodes.recorder.recorder_options import OPTIONS
-from bouncing_disk_ros.ros.startup import Start
 
 _ABOUT = """Record the topics of this package, or any others, to a rosbag2 bag in MCAP. Ctrl-C
 completes the bag and ends. Services: ~/pause, ~/resume, ~/split (std_srvs/srv/Trigger)."""
@@ -22,11 +22,11 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.add_argument("output", nargs="?", default="", metavar="OUTPUT",
                         help="folder of the bag; must be new")  # fmt: skip
     given = start.parse().output
-    with start.stop.importing():
+    with start.stop.loading():
         from bouncing_disk_ros.nodes.recorder.recorder_node import Recorder
         from bouncing_disk_ros.ros.spin import run_node
 
-    return run_node("recorder", start.ros, partial(Recorder, given), Recorder.record, start.stop)
+    return run_node(start, partial(Recorder, given), Recorder.record)
 
 
 if __name__ == "__main__":

@@ -17,6 +17,7 @@ from std_srvs.srv import Trigger
 import bouncing_disk_ros
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag.recording import Recording
+from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.errors import ExitCode, InputError, cut
 from bouncing_disk_ros.limits import LOOKED_TOPICS
 from bouncing_disk_ros.nodes.recorder.attachments import (
@@ -40,7 +41,6 @@ from bouncing_disk_ros.nodes.recorder.recorder_status import RecorderStatus
 from bouncing_disk_ros.ros.diagnostics_publisher import DiagnosticsPublisher
 from bouncing_disk_ros.ros.node_tool import options
 from bouncing_disk_ros.ros.requests import guard_services
-from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.throttled_log import RefusalLog
 
 LOOK_SECONDS = 0.2

@@ -11,16 +11,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros import folders
+from bouncing_disk_ros.command_line.start import FIGURE_KINDS, Start, check_figure_file
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.kernel_cache import announce_compilation
-from bouncing_disk_ros.ros.startup import (
-    FIGURE_KINDS,
-    check_figure_file,
-    run_without_ros,
-    split_arguments,
-)
-from bouncing_disk_ros.ros.stop import Stop, interrupt_on_signals
 from bouncing_disk_ros.units import NS
 
 if TYPE_CHECKING:
@@ -30,29 +23,23 @@ if TYPE_CHECKING:
 _ABOUT = """Simulate a recorded run again from disk/inputs alone, and compare every impact with the
 recorded one, bit by bit. Exit code 0: identical, 3: it differs (the first difference is
 printed), or rows of another version have other fields (those not compared are named)."""
-_EXAMPLES = """examples:
-  ros2 run bouncing_disk_ros replay run_1
+_EXAMPLES = """ros2 run bouncing_disk_ros replay run_1
   ros2 run bouncing_disk_ros replay run_1 --what-if restitution:=0.4 --figure what_if.png"""
 
 
 def main(args: Sequence[str] | None = None) -> int:
     """Replay; exit code 0 identical, 1 failed, 2 bad input, 3 it differs, 130 interrupted."""
-    stop = Stop(ExitCode.INTERRUPTED).install()
-    given = _parser().parse_args(split_arguments(args)[0])
-    folders.use_package_index()
-    with stop.importing():
+    start = Start("replay", _ABOUT, None, _EXAMPLES, args, ExitCode.INTERRUPTED)
+    _add_options(start.parser)
+    given = start.parse()
+    with start.stop.loading():
         announce_compilation("replay")
         from bouncing_disk_ros.nodes.replay import bag_streams as _  # noqa: F401 (loads kernels)
 
-    interrupt_on_signals()  # wherever it is: between two slices of work, or in the bag
-    return run_without_ros("replay", lambda: _work(given), given.bag)
+    return start.run(lambda: _work(given), given.bag)
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="replay", description=_ABOUT, epilog=_EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )  # fmt: skip
+def _add_options(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("bag", help="the folder of a bag, or one .mcap file")
     add("--namespace", metavar="NS", help="of the simulator, when the bag holds several; / is none")
@@ -64,7 +51,6 @@ def _parser() -> argparse.ArgumentParser:
     add("--run", type=int, metavar="N", help="which run --what-if is for, when there are several")
     add("--figure", type=Path, metavar="FILE",
         help="picture of the two runs of --what-if (" + ", ".join(FIGURE_KINDS) + ")")  # fmt: skip
-    return parser
 
 
 def _work(given: argparse.Namespace) -> int:

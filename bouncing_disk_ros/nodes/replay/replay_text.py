@@ -131,9 +131,6 @@ def compare(
     runs = what_if(recorded.run(number).records, changes, end_ns)
     print("\n".join(comparison_lines(runs, changes.label)))
     if figure is not None:
-        from bouncing_disk_ros.folders import use_matplotlib_folder
-
-        use_matplotlib_folder()
         from bouncing_disk_ros.matplotlib_figures import save_picture
         from bouncing_disk_ros.report.comparison_picture import two_runs_picture
 

@@ -6,9 +6,9 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 
+from bouncing_disk_ros.command_line.start import Start
 from bouncing_disk_ros.help_text import parameter_lines, service_lines, topic_lines
 from bouncing_disk_ros.kernel_cache import announce_compilation
-from bouncing_disk_ros.ros.startup import Start
 
 _ABOUT = """Simulate a disk that bounces on a vibrating platform, in real time. It takes
 commands for the platform and publishes the state of the disk, every impact and the rotor
@@ -30,14 +30,12 @@ def main(args: Sequence[str] | None = None) -> int:
     start = Start("simulator", _ABOUT, {}, "", args, node_name="bouncing_disk")
     start.parser.epilog = help_text()
     start.parse()
-    stop = start.stop
-    with stop.importing():
+    with start.stop.loading():
         announce_compilation("simulator")
         from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
         from bouncing_disk_ros.ros.spin import run_node, spin
 
-    make = partial(SimulatorNode, stopping=lambda: stop.asked)
-    return run_node("simulator", start.ros, make, spin, stop)
+    return run_node(start, partial(SimulatorNode, stopping=lambda: start.stop.asked), spin)
 
 
 if __name__ == "__main__":

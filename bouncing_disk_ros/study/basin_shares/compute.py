@@ -27,7 +27,7 @@ from bouncing_disk_ros.maps.basin_labels import (
     label_window,
     shares,
 )
-from bouncing_disk_ros.maps.mean_speed import best_lag
+from bouncing_disk_ros.maps.best_lag import best_lag
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.attractor_lines import (

@@ -38,8 +38,8 @@ from bouncing_disk_ros.maps.label_maps import (
     row_blocks,
     uncertainty_exponent,
 )
-from bouncing_disk_ros.maps.mean_speed import settled_speeds
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+from bouncing_disk_ros.maps.settled_speed import settled_speeds
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.computation import (
     Arrays,

@@ -102,10 +102,12 @@ def lines(result: xr.Dataset) -> list[str]:
 
 def _period_one_lines(result: xr.Dataset) -> list[str]:
     """From which forcing on there are period-1 orbits, where the window's has none."""
+    from bouncing_disk_ros.maps.period_one import existence_limit
+
     forcing, restitution = (
         float(result.attrs[f"parameter_{name}"]) for name in ("axial_forcing", "restitution")
     )
-    first = (1.0 - restitution) / (1.0 + restitution)
+    first = existence_limit(restitution)
     if forcing >= first:
         return []
     return [f"  no period-1 orbit: at ε = {restitution:g} they begin at Γ = {first:.6g}"]

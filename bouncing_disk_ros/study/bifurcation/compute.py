@@ -28,7 +28,6 @@ from bouncing_disk_ros.maps.continuation import (
     ContactOnset,
     Doubling,
     contact_onset,
-    existence_limit,
     feigenbaum_ratios,
     period_doublings,
 )
@@ -37,6 +36,7 @@ from bouncing_disk_ros.maps.next_collision import (
     NextCollisionMap,
     spread_starts,
 )
+from bouncing_disk_ros.maps.period_one import existence_limit
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 from bouncing_disk_ros.parameters import Value
@@ -307,7 +307,7 @@ def _fields_of(branch: Branch, start: int | slice) -> Arrays:
 
 def _first_forcing(restitution: float) -> float:
     """Γ half a percent above where the period-1 orbit begins, (1 − ε)/(1 + ε): 0.335 at ε = 0.5."""
-    return round(1.005 * (1.0 - restitution) / (1.0 + restitution), 6)
+    return round(1.005 * existence_limit(restitution), 6)
 
 
 def branch_of(result: xr.Dataset) -> Branch:

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.colours import BLACK, BLUE, GREEN, PURPLE, VERMILION
 from bouncing_disk_ros.maps.bifurcation_diagram import Branch, sections_along
-from bouncing_disk_ros.maps.continuation import Doubling, existence_limit
+from bouncing_disk_ros.maps.continuation import Doubling
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+from bouncing_disk_ros.maps.period_one import existence_limit
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 from bouncing_disk_ros.matplotlib_figures import edges_of, name_axis, new_figure, typeset
 from bouncing_disk_ros.study.line_picture import few

@@ -44,7 +44,7 @@ def messages() -> tuple[Sent, ...]:
     """The messages of a short run of the simulator, of all its topics."""
     collector = _Collector()
     run = RecordedRun(cast("bag.Writer", collector), preset="pizza_multiple_toss")
-    run.run(2.0, {1.0: lambda session: session.apply_impulse(session.input_ns, 0.01, 0.0)})
+    run.run(1.0, {0.5: lambda session: session.apply_impulse(session.input_ns, 0.01, 0.0)})
     return tuple(collector.sent)
 
 

@@ -47,7 +47,7 @@ def flood(name: str, size: int) -> bytes:
 
 def _enter(name: str) -> None:
     def make(folder: Path) -> Path:
-        return put(folder, flood(name, 1 << 20))
+        return put(folder, flood(name, 1 << 18))
 
     entry(f"flood of {name}")(make)
 

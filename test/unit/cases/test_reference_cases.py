@@ -39,7 +39,8 @@ def test_the_files_are_made_again_byte_by_byte(case: Case, tmp_path: Path) -> No
         assert path.read_bytes() == (folder() / path.name).read_bytes()
 
 
-@pytest.mark.parametrize("case", BY_LENGTH)
+@pytest.mark.soak
+@EACH
 def test_a_second_method_in_fifty_digits_is_within_the_bounds(case: Case) -> None:
     """Bounces below 1e-21 m/s, which it leaves out, last about as many seconds: 1e-20 is room."""
     rows = fifty_digits.run(case)

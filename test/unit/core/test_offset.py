@@ -96,7 +96,7 @@ def test_a_run_shows_the_formula_within_2e_15(begin: int) -> None:
     Also in the middle of a cross-fade of 23 days.
     """
     rng = np.random.default_rng(2)
-    for seed in range(40):
+    for seed in range(examples(15)):
         run = random_run(seed)._replace(motion=STILL, disk=disk(0.0 if begin else 1.0))
         height = 0.0 if begin else 100.0
         run = run._replace(initial=InitialState(height, 0.0, 0.0, 0.0, 0.0))

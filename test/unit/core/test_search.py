@@ -18,6 +18,7 @@ from bouncing_disk_ros.core.arithmetic import sincos as sincos_kernel
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Phase, SimulationError
 from bouncing_disk_ros.core.next_event import SLIDE_PERIODS
 from bouncing_disk_ros.core.simulation import Simulation
+from reference.cases import examples
 from support.kernels import Kernels, from_python
 
 flight = Kernels(flight_kernels)
@@ -82,7 +83,7 @@ def test_a_drop_on_a_small_fast_platform_lands() -> None:
 
 def test_many_random_drops_land() -> None:
     rng = random.Random(52)
-    for _ in range(3_000):
+    for _ in range(examples(1_000)):
         assert_lands(
             (
                 10 ** rng.uniform(-9, -1),
@@ -108,7 +109,7 @@ def test_a_flight_of_hours_lands() -> None:
 
 
 # --- a bounce of any size -------------------------------------------------------------------------
-@settings(max_examples=400)
+@settings(max_examples=examples(100))
 @example(1.0622170093353371e-234, 3.0)
 @example(3.409199256352324e-285, 40_000.0)
 @example(1e-100, 3.0)

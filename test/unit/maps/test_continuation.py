@@ -1,10 +1,7 @@
-"""Points of doubling: against closed form, 40 digits, direct iteration, Feigenbaum's constant."""
+"""Points of doubling: against closed form, direct iteration, Feigenbaum's constant."""
 
 from __future__ import annotations
 
-from typing import Any
-
-import mpmath
 import numpy as np
 import pytest
 
@@ -19,7 +16,7 @@ from bouncing_disk_ros.maps.continuation import (
 )
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.period_one import stability_limit
-from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, fixed_point
+from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 
 
 @pytest.fixture(scope="module")
@@ -33,69 +30,10 @@ def test_the_first_doubling_is_the_papers_formula(cascade: list[Doubling]) -> No
     assert [point.orbit.cycles for point in cascade] == [1, 2, 4, 8, 16]
 
 
-def test_the_papers_points(cascade: list[Doubling]) -> None:
-    """0.486, 0.531, 0.5402, 0.5421; the third is printed 1e-4 too high."""
-    found = [round(point.value, 4) for point in cascade]
-    assert found[:4] == [0.486, 0.5307, 0.5401, 0.5421]
-
-
 def test_the_ratios_tend_to_feigenbaums_constant(cascade: list[Doubling]) -> None:
     ratios = feigenbaum_ratios([point.value for point in cascade])
     np.testing.assert_allclose(ratios, [4.73, 4.63, 4.65], atol=0.005)
     assert abs(ratios[-1] - FEIGENBAUM) < 0.02
-
-
-def landing(
-    tau: Any, w: Any, delay: Any, axial_forcing: Any, restitution: Any
-) -> tuple[Any, Any, Any]:
-    """The flight after (τ, w), its delay refined from one near; all in mpmath's precision."""
-
-    def gap(d: Any) -> Any:
-        rise = mpmath.sin(tau + d) - mpmath.sin(tau) - d * mpmath.cos(tau)
-        return -restitution * w * d - d * d / (2 * mpmath.pi) - axial_forcing * rise
-
-    d = mpmath.findroot(gap, delay)
-    slope = (
-        -restitution * w - d / mpmath.pi - axial_forcing * (mpmath.cos(tau + d) - mpmath.cos(tau))
-    )
-    return tau + d, slope, d
-
-
-def precise_defect(orbit: PeriodicOrbit, axis: str, value: Any) -> Any:
-    """1 + trace + determinant of the orbit at `value`, by differences in 50 digits."""
-    parameters = {
-        "axial_forcing": mpmath.mpf(orbit.map.axial_forcing),
-        "restitution": mpmath.mpf(orbit.map.restitution),
-    }
-    parameters[axis] = value
-    delays = [mpmath.mpf(float(d)) for d in orbit.map.orbit(orbit.state, orbit.impacts).delay]
-
-    def around(tau: Any, w: Any) -> Any:
-        for d in delays:
-            tau, w, _ = landing(tau, w, d, parameters["axial_forcing"], parameters["restitution"])
-        return mpmath.matrix([tau - 2 * mpmath.pi * orbit.cycles, w])
-
-    z = mpmath.matrix([orbit.state[0], orbit.state[1]])
-    h = mpmath.mpf(10) ** -16
-    for _ in range(4):
-        here = around(*z)
-        columns = [
-            (around(z[0] + h, z[1]) - around(z[0] - h, z[1])) / (2 * h),
-            (around(z[0], z[1] + h) - around(z[0], z[1] - h)) / (2 * h),
-        ]
-        matrix = mpmath.matrix([[columns[k][i] for k in range(2)] for i in range(2)])
-        z = z + mpmath.lu_solve(mpmath.eye(2) - matrix, here - z)
-    return 1 + matrix[0, 0] + matrix[1, 1] + mpmath.det(matrix)
-
-
-@pytest.mark.parametrize("k", [1, 4])
-def test_ten_digits_are_right(cascade: list[Doubling], k: int) -> None:
-    point = cascade[k]
-    with mpmath.workdps(50):
-        value = mpmath.mpf(point.value)
-        margin = mpmath.mpf("1e-11")
-        assert precise_defect(point.orbit, "axial_forcing", value - margin) > 0
-        assert precise_defect(point.orbit, "axial_forcing", value + margin) < 0
 
 
 def test_doublings_along_the_restitution() -> None:
@@ -105,10 +43,6 @@ def test_doublings_along_the_restitution() -> None:
     values = [point.value for point in points]
     assert values == sorted(values)
     assert feigenbaum_ratios(values)[-1] == pytest.approx(FEIGENBAUM, rel=0.03)
-    with mpmath.workdps(50):
-        value, margin = mpmath.mpf(values[2]), mpmath.mpf("1e-11")
-        assert precise_defect(points[2].orbit, "restitution", value - margin) > 0
-        assert precise_defect(points[2].orbit, "restitution", value + margin) < 0
 
 
 def test_downward_there_is_no_doubling() -> None:

@@ -1,4 +1,4 @@
-"""Measures of a boundary against cases with known values: lines, discs, a Cantor set, a map."""
+"""Measures of a boundary against cases with known values: a line and a Cantor set."""
 
 from __future__ import annotations
 
@@ -18,20 +18,8 @@ from bouncing_disk_ros.maps.label_maps import basin_entropy, box_dimension, unce
 CANTOR = math.log(2.0) / math.log(3.0)
 
 
-def disc(n: int) -> NDArray[np.int64]:
-    y, x = np.mgrid[0:n, 0:n] / n - 0.5
-    return (x * x + y * y < 0.16).astype(np.int64)
-
-
-def test_smooth_boundary() -> None:
-    labels = disc(1024)
-    for law, known in ((uncertainty_exponent(labels), 1.0), (box_dimension(labels), 1.0)):
-        assert abs(law.exponent - known) < law.uncertainty < 0.03
-    assert basin_entropy(labels).boundary < math.log(2.0)
-
-
 def sampled_cantor_stripes(n: int) -> NDArray[np.int8]:
-    """The same stripes with gaps of all levels, their labels known at n points as in a basin."""
+    """Stripes of a Cantor set with gaps of all levels, known at n points as in a basin."""
     place, label = (np.arange(n) + 0.5) / n, np.zeros(n, np.int8)
     inside = np.ones(n, bool)
     for level in range(1, 34):  # 3^-33 is the last digit of a float64
@@ -70,15 +58,6 @@ def test_entropy_of_equal_shares() -> None:
     assert entropy.boundary_squares == 10
 
 
-def test_random_labels_fill_the_plane() -> None:
-    labels = np.random.default_rng(7).integers(0, 4, (512, 512))
-    assert abs(uncertainty_exponent(labels).exponent) < 0.03
-    assert abs(box_dimension(labels).exponent - 2.0) < 0.003
-    entropy = basin_entropy(labels, 16)
-    assert entropy.boundary > math.log(2.0)
-    assert entropy.boundary == pytest.approx(math.log(4.0), abs=0.02)
-
-
 @pytest.mark.parametrize("shape", [(0, 0), (5,), (8, 8)])
 def test_maps_too_small_are_refused(shape: tuple[int, ...]) -> None:
     with pytest.raises(InputError, match="labels"):
@@ -86,7 +65,7 @@ def test_maps_too_small_are_refused(shape: tuple[int, ...]) -> None:
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(40, 90), st.integers(40, 90), st.booleans())
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=10)
 def test_strips_change_nothing(seed: int, rows: int, columns: int, periodic: bool) -> None:
     """Any cut of a map into strips, of a few rows or all, gives the same counts."""
     rng = np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""What is settled on: the paper's cascade, and orbits that closed forms and a search know."""
+"""What is settled on: orbits that closed forms and a search know."""
 
 from __future__ import annotations
 
@@ -11,19 +11,16 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind
-from bouncing_disk_ros.maps.mean_speed import settled_speed
-from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.parameter_plane import (
-    CHAOTIC,
-    CHATTERING,
     KEPT,
     PERIODIC,
-    REST,
     Settled,
     settle_states,
     start_states,
 )
-from bouncing_disk_ros.maps.periodic_orbit import fixed_point, periodic_orbit
+from bouncing_disk_ros.maps.periodic_orbit import fixed_point
+from bouncing_disk_ros.maps.settled_speed import settled_speed
 
 Floats = NDArray[np.float64]
 
@@ -49,38 +46,6 @@ def test_mean_speeds_are_over_whole_repetitions(axial_forcing: float, start: str
     one = next(each for each in known if each.kind is kind)
     assert found.mean_speed[0] == pytest.approx(settled_speed(one, section), abs=1e-12)
     assert abs(found.mean_speed_change[0]) < 1e-12
-
-
-def test_the_cascade_of_the_paper() -> None:
-    parameters = plane([0.45, 0.51, 0.535, 0.5415, 0.55])
-    found = settled(parameters)
-    assert found.kind.tolist() == [PERIODIC] * 4 + [CHAOTIC]
-    assert found.period.tolist() == found.cycles.tolist() == [1, 2, 4, 8, 0]
-    near = MapState(math.acos(1.0 / 3.0 / 0.535) + 1e-3, -4.0 / 3.0)
-    section = NextCollisionMap(0.535, 0.5, -0.3, 50.0)
-    orbit = periodic_orbit(section, section.iterate(near, 5000), 4)
-    # complex multipliers: the growth swings by the condition of the eigenvectors
-    swing = math.log(np.linalg.cond(np.linalg.eig(section.jacobian(orbit.state, 4)[:2, :2])[1]))
-    swing = swing / 1024 if orbit.multipliers[0].imag else 0.0
-    assert found.lyapunov_exponent[2] == pytest.approx(orbit.lyapunov_exponent, abs=swing + 1e-8)
-    assert found.mean_speed[2] == pytest.approx(orbit.mean_speed, abs=1e-9)
-    assert found.lyapunov_exponent[4] > 0.1
-    assert (np.abs(found.mean_speed_change[:4]) < 1e-9).all()
-
-
-def test_contact_and_rest_are_told_apart() -> None:
-    found = settled(plane([0.2, 0.3, 0.34, 0.42]), "contact")
-    assert found.kind.tolist() == [REST, REST, CHATTERING, CHATTERING]
-    assert np.isnan(found.mean_speed[:2]).all()
-    assert np.isnan(found.lyapunov_exponent[:2]).all()
-    assert (found.lyapunov_exponent[2:] == -math.inf).all()
-    assert (found.period[:2] == 0).all()
-    for i, axial_forcing in ((2, 0.34), (3, 0.42)):
-        search = find_attractors(NextCollisionMap(axial_forcing, 0.5), [])
-        known = search.found[search.after_contact]
-        assert known.kind is AttractorKind.CHATTERING
-        assert (found.period[i], found.cycles[i]) == (len(known.forcing_phases), known.cycles)
-        assert found.contacts[i] == pytest.approx(1.0 / found.period[i], abs=2.0 / 1024)
 
 
 def test_an_orbit_of_one_impact_in_two_cycles() -> None:

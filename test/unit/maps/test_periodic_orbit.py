@@ -10,10 +10,10 @@ import pytest
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractor_search import find_attractors
-from bouncing_disk_ros.maps.mean_speed import settled_speed
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
-from bouncing_disk_ros.maps.period_one import period_one, separation_phase, stability_limit
+from bouncing_disk_ros.maps.period_one import period_one, stability_limit
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point, periodic_orbit
+from bouncing_disk_ros.maps.settled_speed import settled_speed
 
 
 @pytest.mark.parametrize(
@@ -137,9 +137,3 @@ def test_orbit_and_separation_are_where_the_paper_has_them() -> None:
     orbit = period_one(motion(stability_limit(0.5)), DISK)
     assert orbit is not None
     assert -orbit.forcing_phase / math.pi == pytest.approx(-0.26, abs=0.005)
-    assert separation_phase(motion(0.3), DISK) is None
-    moving = motion(0.45)
-    phase = separation_phase(moving, DISK)
-    assert phase is not None
-    falls = moving.axial_amplitude * (6 * math.pi) ** 2 * math.sin(phase)
-    assert falls == pytest.approx(10.0, rel=1e-12)

@@ -1,4 +1,4 @@
-"""The map with rotation is the stepper in other units: the same bits, angle and means."""
+"""The map with rotation is the stepper in other units: the same bits and angle."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, ImpactKind, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
-from bouncing_disk_ros.maps import axial_map
 from bouncing_disk_ros.maps.axial_map import (
     MAP_CONTACT,
     ORBIT_DELAY,
@@ -20,15 +19,9 @@ from bouncing_disk_ros.maps.axial_map import (
     ORBIT_W,
 )
 from bouncing_disk_ros.maps.rotation_map import (
-    CONTACT_COUNT,
-    LYAPUNOV,
-    MEAN_PER_IMPACT,
-    MEAN_PER_TIME,
-    MEASURED,
     ORBIT_SPEED,
     ORBIT_TURNED,
     collision_orbit,
-    measure_attractor,
 )
 
 UNIT = 1.0 / math.tau  # Hz: ω = 1, to the bit
@@ -54,7 +47,7 @@ def simulation(
     )
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.3, 0.5, 0.8, 0.95, 1.0])
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
 def test_each_step_has_the_bits_of_the_stepper(restitution: float) -> None:
     """Γ_T from 0.1 (always sticks) to 100 (slips for long), slides and sticks in contact."""
     rng = np.random.default_rng([21, int(100 * restitution)])
@@ -83,7 +76,7 @@ def test_each_step_has_the_bits_of_the_stepper(restitution: float) -> None:
     assert (contacts > 1) == (restitution < 1.0)
 
 
-@pytest.mark.parametrize("angular_forcing", [0.5, 3.0, 40.0])
+@pytest.mark.parametrize("angular_forcing", [0.5, 40.0])
 def test_the_angle_is_the_steppers(angular_forcing: float) -> None:
     """Through flights, chatters, sticking and sliding, over about 200 impacts."""
     start, parameters = (1.0, -0.5, 0.4), (0.34, 0.3, 0.7, angular_forcing)
@@ -94,40 +87,3 @@ def test_the_angle_is_the_steppers(angular_forcing: float) -> None:
     # to the nanosecond: the run is read up to 0.5 ns off the impact, at a speed of about one
     angle = run.sample().unwrapped_angle
     assert angle == pytest.approx(steps[:, ORBIT_TURNED].sum(), abs=2e-9)
-
-
-def test_without_friction_the_speed_stays_and_the_rest_is_the_axial_map() -> None:
-    steps = orbit((1.0, -2.0, 0.25), (0.55, 0.5, 0.3, math.inf), 500)
-    assert (steps[:, ORBIT_SPEED] == 0.25).all()
-    np.testing.assert_allclose(steps[:, ORBIT_TURNED], 0.25 * steps[:, ORBIT_DELAY], rtol=1e-15)
-    out = np.zeros((500, 4))
-    axial_map.axial_orbit(1.0, -2.0, 0.55, 0.5, 500, out)
-    assert (out == steps[:, :4]).all()
-
-
-Array = NDArray[np.float64]
-
-
-def measured(
-    state: Array, forcing: float, settling: int = 500, n: int = 1000
-) -> tuple[int, Array, Array]:
-    out, results = np.zeros((10, 6)), np.zeros(5)
-    return (
-        measure_attractor(state, forcing, 0.5, 0.2, 100.0, settling, n, out, results),
-        out,
-        results,
-    )
-
-
-def test_an_attractor_is_measured_from_where_it_was_left() -> None:
-    state = np.array([math.acos(1 / 3 / 0.42), -4 / 3, 0.0, 1.0, 0.0])
-    kept, out, results = measured(state, 0.42)
-    assert kept == 10
-    speed = math.cos(math.acos(1 / 3 / 0.42) + 0.2)
-    assert results[MEAN_PER_TIME] == pytest.approx(speed, abs=1e-13)
-    assert results[MEAN_PER_IMPACT] == pytest.approx(speed, abs=1e-13)
-    # complex multipliers of magnitude ε: the growth of a vector swings about ε per impact
-    assert results[LYAPUNOV] == pytest.approx(math.log(0.5), abs=3 / 1000)
-    assert results[[CONTACT_COUNT, MEASURED]].tolist() == [0, 1000]
-    assert (state[:2] == out[-1, :2]).all()
-    assert np.hypot(*state[3:]) == pytest.approx(1.0, abs=1e-15)

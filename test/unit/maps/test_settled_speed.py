@@ -11,9 +11,10 @@ from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind
-from bouncing_disk_ros.maps.mean_speed import best_lag, repeated_speed, settled_speeds
+from bouncing_disk_ros.maps.best_lag import best_lag
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.rotation_map import MEAN_PER_TIME, MEASURED, measure_attractor
+from bouncing_disk_ros.maps.settled_speed import repeated_speed, settled_speeds
 
 STARTS = [(x, -y) for x in np.linspace(0.0, 6.0, 6) for y in (0.3, 1.3, 2.9)]
 FORCINGS = (1e-3, 1.0, 100.0, 1e5, 1e12)

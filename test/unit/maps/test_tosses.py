@@ -58,18 +58,6 @@ def stepper(
     return sample.angular_velocity, energy.work_axial + energy.work_angular, sample.phase
 
 
-def test_measures_are_what_their_names_say() -> None:
-    found = toss([0.0, 1.0], 0.6, angular_velocity=3.0)
-    inertia = PAPER_DISK.mass * PAPER_DISK.gyration_radius**2
-    gain = 0.5 * inertia * (found.airborne_speed**2 - 9.0)
-    np.testing.assert_allclose(found.rotational_energy, gain, rtol=1e-13)
-    np.testing.assert_allclose(found.efficiency, gain / found.input_energy, rtol=1e-13)
-    swing = OMEGA * 0.25 * math.sin(0.6) / 0.12
-    np.testing.assert_allclose(found.speed_ratio, found.airborne_speed / swing, rtol=1e-14)
-    delay = (math.pi / 2 + separation_phase(0.6)) / OMEGA
-    np.testing.assert_allclose(found.delay, delay, rtol=4 * EPS)
-
-
 @given(lag=st.floats(-3.2, 3.2), angle=st.floats(0.01, 1.4))
 @FIXED
 def test_from_rest_no_disk_outruns_its_platform(lag: float, angle: float) -> None:
@@ -158,56 +146,6 @@ def test_what_cannot_be_used_is_refused(
 
 G = PAPER_DISK.gravity
 ANGLE = math.pi / 4
-
-
-def test_paths_are_closed_and_have_the_arc_amplitude() -> None:
-    paths = toss_paths(np.array([-math.pi / 2, -math.pi / 4, 0.0]), ANGLE, points=721)
-    assert paths.arc.shape == paths.axial_position.shape == (3, 721)
-    np.testing.assert_allclose(paths.arc[:, 0], paths.arc[:, -1], atol=1e-15)
-    assert np.hypot(*(np.abs(x).max() for x in (paths.arc, paths.axial_position))) == pytest.approx(
-        PAPER.arc_amplitude, rel=1e-15
-    )
-    # θ = 0, φ_L = π/4: a helix, straight when unrolled; θ = −π/2: an ellipse, here a circle
-    np.testing.assert_allclose(paths.arc[2], paths.axial_position[2], atol=1e-15)
-    radius = np.hypot(paths.arc[0], paths.axial_position[0])
-    np.testing.assert_allclose(radius, radius[0], rtol=1e-14)
-    sine = G / ((math.tau * 3.0) ** 2 * 0.25 * math.cos(ANGLE))
-    np.testing.assert_allclose(np.sin(paths.separation_phase), sine, rtol=1e-14)
-    np.testing.assert_allclose(paths.separation_position, 0.25 * math.sqrt(0.5) * sine, rtol=1e-14)
-
-
-@pytest.mark.parametrize("lag", [0.0, math.pi / 2])
-def test_a_toss_in_time(lag: float) -> None:
-    run = toss_trajectory(lag, ANGLE, samples=401)
-    paths = toss_paths(lag, ANGLE)
-    found = toss(lag, ANGLE)
-    for values in run[:11]:
-        assert isinstance(values, np.ndarray)
-        assert values.shape == (401,)
-    assert run.time[0] == 0.0  # cos(3π/2) is 2e-16 in float64, and so is the platform's velocity
-    assert abs(run.axial_velocity[0]) < 1e-15 * 4.0
-    assert abs(run.angular_velocity[0]) < 1e-15 * 30.0
-    assert run.axial_position[0] == paths.axial_position[0]
-    assert run.airborne_speed == found.airborne_speed
-    flight = run.time > run.separation_time
-    assert (run.phase[flight] == Phase.FLIGHT).all()
-    assert (run.phase[~flight] != Phase.FLIGHT).all()
-    np.testing.assert_array_equal(run.axial_position[~flight], run.platform_position[~flight])
-    np.testing.assert_allclose(run.angular_velocity[flight], found.airborne_speed, rtol=1e-14)
-    speed = 0.25 * math.cos(ANGLE) * math.tau * 3.0 * math.cos(paths.separation_phase)
-    d = run.time[flight] - run.separation_time
-    height = paths.separation_position + speed * d - 0.5 * G * d * d
-    np.testing.assert_allclose(run.axial_position[flight], height, atol=2e-15)
-    # the last sample is less than 1 ns before the landing, at some 6 m/s
-    assert 0.0 <= run.landing_time - run.time[-1] < 1e-9
-    assert 0.0 <= run.axial_position[-1] - run.platform_position[-1] < 1e-8
-    # α̇ is the slope of α
-    turned = np.sum(
-        0.5 * (run.angular_velocity[1:] + run.angular_velocity[:-1]) * np.diff(run.time)
-    )
-    assert run.angle[-1] == pytest.approx(turned, abs=1e-3)
-    tau = 1.5 * math.pi + math.tau * 3.0 * run.time
-    np.testing.assert_allclose(run.forcing_phase, tau, rtol=1e-14)
 
 
 def test_a_duration_may_be_given() -> None:

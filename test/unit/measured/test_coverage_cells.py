@@ -34,9 +34,15 @@ def _check(cell: Cell, found: Summary) -> None:
 
 
 def _is_hidden(cell: Cell) -> bool:
-    """Whether errors of the times of the last flight hide the scatter that is fitted."""
-    flight = 0.45 * cell.restitution ** (cell.count - 2) if not cell.forcing else 0.05
-    return cell.is_fitted and not cell.scatter > 3.0 * cell.error / flight
+    """Whether errors of times hide the scatter that is fitted, at the last impact.
+
+    The ratio of the flights after and before it has the derivatives 1, 1 + ε and ε by its three
+    times, in parts of the flight before.
+    """
+    eps = cell.restitution
+    flight = 0.45 * eps ** (cell.count - 3) if not cell.forcing else 0.05
+    spread = cell.error / flight * math.sqrt(1.0 + (1.0 + eps) ** 2 + eps**2)
+    return cell.is_fitted and cell.scatter <= spread
 
 
 def _is_linear(cell: Cell) -> bool:

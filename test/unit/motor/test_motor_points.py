@@ -89,13 +89,12 @@ def drift(motion: Motion, disk: Disk, speed: float) -> float:
 def test_a_heavy_rotor_has_the_speed_at_which_it_does_not_drift() -> None:
     """It would take up to 1e7 periods to come to it; on the platform and in chatter."""
     heavy = [
-        DISK._replace(preload=preload, load_inertia=inertia, load_torque=load)
+        DISK._replace(preload=preload, load_inertia=1e-4, load_torque=load)
         for preload in (40.0, 23.0)
-        for inertia in (1e-5, 1e-4)
         for load in (0.0, 0.004)
     ]
     found = measure([(MOTION, disk) for disk in heavy], Run("rest"))
-    assert found.kind.tolist() == [CONTACT_ONLY] * 4 + [CHATTERS] * 4
+    assert found.kind.tolist() == [CONTACT_ONLY] * 2 + [CHATTERS] * 2
     assert (found.errors["mean_speed"] < 1e-7).all()
     for disk, speed in zip(heavy, found.mean_speed.tolist(), strict=True):
         at, above, below = (drift(MOTION, disk, speed + d) for d in (0.0, 1.0, -1.0))
@@ -106,17 +105,12 @@ def test_a_heavy_rotor_has_the_speed_at_which_it_does_not_drift() -> None:
     # slow against the period, friction balances the load: ∫(g + s̈) sgn(α̇ − β̇) dt = 0
     phases = (np.arange(200_000) + 0.5) * (math.tau / 200_000)
     peak = math.tau * MOTION.frequency * MOTION.angular_amplitude
-    pull = disk_pull(heavy[2])
+    pull = heavy[0].gravity + heavy[0].preload / heavy[0].mass
     pressed = pull - MOTION.axial_amplitude * (math.tau * MOTION.frequency) ** 2 * np.sin(phases)
     turning = peak * np.cos(phases + MOTION.phase_lag)
-    balance = np.mean(pressed * np.sign(found.mean_speed[2] - turning)) / pull
+    balance = np.mean(pressed * np.sign(found.mean_speed[0] - turning)) / pull
     assert abs(balance) < 1e-4
-    assert found.mean_speed[2] == pytest.approx(-45.80, abs=0.005)
-
-
-def disk_pull(disk: Disk) -> float:
-    """g + P/m."""
-    return disk.gravity + disk.preload / disk.mass
+    assert found.mean_speed[0] == pytest.approx(-45.80, abs=0.005)
 
 
 def test_what_does_not_settle_has_no_mean() -> None:
@@ -127,7 +121,6 @@ def test_what_does_not_settle_has_no_mean() -> None:
     assert found.kind.tolist() == [UNSETTLED] * 2
     assert np.isnan(found.mean_speed).all()
     assert np.isnan(found.errors["mean_speed"]).all()
-    assert measure([(MOTION, heavy)], Run(longest=200_000)).kind[0] == NOT_PERIODIC
 
 
 def test_rise_and_stop_times_are_those_of_constant_torque() -> None:
@@ -144,15 +137,6 @@ def test_rise_and_stop_times_are_those_of_constant_torque() -> None:
     ):
         assert rise[0] == pytest.approx(part * risen, abs=period)
         assert stop[0] == pytest.approx(part * stopped, rel=1e-12)
-
-
-def test_contact_is_all_of_the_time_or_none() -> None:
-    found = measure([(MOTION, DISK), (MOTION, DISK._replace(preload=33.0))], Run())
-    assert found.contact_share.tolist() == pytest.approx([0.0, 1.0], abs=1e-12)
-    assert found.impact_rate.tolist() == pytest.approx([40_000.0, 0.0])
-    assert found.friction_work_per_turn[1] == pytest.approx(
-        math.tau * found.sliding_loss[1] / abs(found.mean_speed[1])
-    )
 
 
 def test_a_motor_followed_keeps_the_orbit_that_a_start_from_rest_does_not_find() -> None:

@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 from rcl_interfaces.msg import ParameterValue
 
+from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.nodes import performer
 from bouncing_disk_ros.nodes.performer import PATIENCE, Performer, answered
 from bouncing_disk_ros.parameters import complete
-from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.run.presets import load_preset
 
 FACTOR = ParameterValue(type=3, double_value=0.5)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+from argparse import ArgumentParser
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ import pytest
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.core.offset import QUINTIC, Knot, OffsetState
 from bouncing_disk_ros.errors import ExitCode, InputError
-from bouncing_disk_ros.nodes.bag_report import parser
+from bouncing_disk_ros.nodes.bag_report import with_options
 from bouncing_disk_ros.proof import event_proof as proof
 from bouncing_disk_ros.proof.bag_proof import prove_bag
 from bouncing_disk_ros.proof.exact_records import Event, Outcome, Verdict
@@ -49,7 +50,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def prove(folder: Path, *arguments: str) -> int:
-    return prove_bag(parser().parse_args([str(folder), "--prove", *arguments]))
+    return prove_bag(
+        with_options(ArgumentParser()).parse_args([str(folder), "--prove", *arguments])
+    )
 
 
 def rows_of(text: str) -> dict[str, list[int]]:

@@ -47,13 +47,6 @@ def both(kind: Kind) -> list[Event]:
     return found[:12]
 
 
-def test_all_events_of_contact_are_proved() -> None:
-    for kind in (*NAMES, Kind.IMPACT, Kind.PROPAGATED):
-        for event in events(TOSSED, kind) + events(SHAKEN, kind, fade=TOSSED):
-            verdict = prove(event)
-            assert verdict.outcome is Outcome.PROVED, (event, verdict)
-
-
 @pytest.mark.parametrize("kind", NAMES)
 @pytest.mark.parametrize("part", [1e-9, -1e-9, 0.01])
 def test_an_event_at_another_time_is_refuted(kind: Kind, part: float) -> None:

@@ -103,7 +103,7 @@ def test_restitution_intervals_cover(restitution: float, noise: float) -> None:
         assert 0.0 <= found.low <= found.value <= found.high <= 1.0 or found.note
         return found.low <= restitution <= found.high and other.low <= restitution <= other.high
 
-    covers(trial, 200, 0.9)  # both: at least 1 − 2 · 0.05
+    covers(trial, 0.9, poor=0.65)  # both: at least 1 − 2 · 0.05
 
 
 @pytest.mark.parametrize(
@@ -116,16 +116,13 @@ def test_restitution_intervals_cover(restitution: float, noise: float) -> None:
 def test_friction_intervals_cover(friction: float, noise: float, n: int) -> None:
     """Also with many rows, where a bias of the choice of rows would show first."""
     rows, disk, _ = run(friction=friction)
-    identified = []
 
     def trial(rng: np.random.Generator) -> bool:
         begin = int(rng.integers(0, len(rows) - n))
         found = friction_of(measured(rows[begin : begin + n], disk, noise, rng), disk)
-        identified.append(math.isfinite(found.value))
-        return found.low <= friction <= found.high
+        return math.isfinite(found.value) and found.low <= friction <= found.high
 
-    covers(trial, 150, 0.95)
-    assert np.mean(identified) > 0.95
+    covers(trial, 0.92, poor=0.7)  # all but a few are identified
 
 
 @pytest.mark.parametrize(
@@ -147,7 +144,7 @@ def test_locked_impacts_that_look_like_slipping_ones_do_not_exclude_the_truth(
         found = friction_of(some, disk)
         return found.low <= friction <= found.high or "too noisy" in found.note
 
-    covers(trial, 60, 0.95)
+    covers(trial, 0.95, poor=0.5)
 
 
 def test_the_halves_by_demand_seldom_differ_where_the_choice_is_right() -> None:
@@ -159,7 +156,7 @@ def test_the_halves_by_demand_seldom_differ_where_the_choice_is_right() -> None:
         return "too noisy" not in found.note
 
     # the half is as often outside the interval of 95 % as its difference to the whole is unlikely
-    covers(trial, 150, 0.93)
+    covers(trial, 0.93, poor=0.7)
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-3, 0.05])

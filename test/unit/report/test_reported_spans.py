@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from argparse import ArgumentParser
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from bouncing_disk_ros import bag
 from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.core.offset import QUINTIC, Knot, OffsetState
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes.bag_report import parser
+from bouncing_disk_ros.nodes.bag_report import with_options
 from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, replay_bag
 from bouncing_disk_ros.nodes.replay.replay_text import comparison_lines
 from bouncing_disk_ros.proof.bag_proof import BagProver
@@ -115,7 +116,9 @@ def test_replay_proof_and_report_agree_on_the_runs(
     with bag.open(first) as opened:
         replayed = replay_bag(Recorded(opened))
         runs = list(RecordedRuns(opened, "/disk/inputs", "/disk/impacts"))
-        prover = BagProver(opened, parser().parse_args([str(first), "--prove", "--run", "1"]))
+        prover = BagProver(
+            opened, with_options(ArgumentParser()).parse_args([str(first), "--prove", "--run", "1"])
+        )
         assert len(list(prover.work())) > 5
         assert next(prover.lines(interrupted=False)).endswith("0.000 s to 2.000 s")
     assert replayed.identical

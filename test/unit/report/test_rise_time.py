@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from bouncing_disk_ros.report.rotor_speed import rise_time_of
+from bouncing_disk_ros.report.rise_time import rise_time_of
 
 TIMES = np.linspace(-1.0, 50.0, 5101)
 

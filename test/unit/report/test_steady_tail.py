@@ -9,15 +9,14 @@ import pytest
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, Motion
 from bouncing_disk_ros.report.estimate import Estimate
-from bouncing_disk_ros.report.rotor_speed import (
-    Transient,
-    TransientKind,
+from bouncing_disk_ros.report.spans import Segment
+from bouncing_disk_ros.report.steady_speed import (
     angle_of_means,
     mean_in_flight,
     mean_of_angle,
     tail_begin,
 )
-from bouncing_disk_ros.report.spans import Segment
+from bouncing_disk_ros.report.transient import Transient, TransientKind
 
 NONE = Estimate(math.nan, math.nan, math.nan, 0, "")
 LEVEL = Transient(TransientKind.NONE, True, 1.0, 1.0, NONE, NONE, math.nan, "")

@@ -9,12 +9,11 @@ import pytest
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import simulate
-from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.maps.period_one import period_one
-from bouncing_disk_ros.report.rotor_speed import Transient, TransientKind, transient_of
 from bouncing_disk_ros.report.time_curves import Curve, fit, interval
+from bouncing_disk_ros.report.transient import TransientKind, transient_of
 from bouncing_disk_ros.run.session import motion_of
-from bouncing_disk_ros.run.simulate import Result
 from support.coverage import covers, in_soak
 
 T = np.linspace(5.0, 15.0, 400)
@@ -56,7 +55,7 @@ def test_time_constants_cover(memory: float) -> None:
         assert found.kind is TransientKind.EXPONENTIAL
         return found.time_constant.low <= 1.7 <= found.time_constant.high
 
-    covers(trial, 100, 0.93 if memory else 0.95)
+    covers(trial, 0.93 if memory else 0.95, poor=0.6)
 
 
 @pytest.mark.parametrize("memory", [0.8, *in_soak(0.0)])
@@ -67,7 +66,7 @@ def test_rates_cover(memory: float) -> None:
         assert found.kind is TransientKind.LINEAR
         return found.rate.low <= 1.0 <= found.rate.high
 
-    covers(trial, 100, 0.93 if memory else 0.95)
+    covers(trial, 0.93 if memory else 0.95, poor=0.6)
 
 
 @pytest.mark.parametrize("memory", [0.95, *in_soak(0.0, 0.8)])
@@ -76,7 +75,7 @@ def test_noise_alone_is_no_transient(memory: float) -> None:
         kind = transient_of(T, 20.0 + wandering(rng, len(T), memory)).kind
         return kind in (TransientKind.NONE, TransientKind.UNRESOLVED)
 
-    covers(trial, 60, 0.98)
+    covers(trial, 0.98, poor=0.6)
 
 
 def test_not_finished() -> None:
@@ -116,7 +115,7 @@ def test_a_random_walk_has_no_transient() -> None:
         assert "wanders" in found.note or found.kind is not TransientKind.UNRESOLVED
         return found.kind in (TransientKind.NONE, TransientKind.UNRESOLVED)
 
-    covers(trial, 60, 0.95)
+    covers(trial, 0.95, poor=0.5)
 
 
 def test_bad_input() -> None:
@@ -147,42 +146,6 @@ def test_slip_at_every_impact_is_linear(load_torque: float) -> None:
     assert (found.kind, found.finished) == (TransientKind.LINEAR, True)
     assert found.rate.value == pytest.approx(rate, rel=1e-9)
     assert found.final == pytest.approx(orbit.angular_velocity, rel=1e-9)
-
-
-def mean_torque_transient(run: Result) -> Transient:
-    """The transient that the mean torque gives: α̈ = (μ a_e g/a_g²) (P(β̇ > α̇) − P(β̇ < α̇)).
-
-    P is over the impacts of the run, each with the weight of its impulse.
-    """
-    values = {name: float(run.parameters[name]) for name in (*Disk._fields, *Motion._fields)}
-    grip = values["friction"] * values["friction_radius"] / values["gyration_radius"] ** 2
-    omega = math.tau * values["frequency"]
-    turning = omega * values["angular_amplitude"] * np.cos(run.impacts["forcing_phase"])
-    order = np.argsort(turning)
-    impulses = run.impacts["axial_impulse"][order]
-    below = np.cumsum(impulses) / np.sum(impulses)
-    times = np.linspace(0.0, run.impacts["time"][-1], 3000)
-    speeds = np.zeros(len(times))
-    step = grip * values["gravity"] * float(times[1])
-    for k in range(1, len(times)):
-        part = float(np.interp(speeds[k - 1], turning[order], below))
-        speeds[k] = speeds[k - 1] + step * (1.0 - 2.0 * part)
-    return transient_of(times, speeds)
-
-
-def test_wandering_over_all_phases_is_exponential() -> None:
-    """High bounces, and so little friction that hundreds of them make a time constant."""
-    run = simulate(
-        15_000.0, axial_amplitude=0.2, angular_amplitude=1.0, restitution=0.9, friction=1e-4
-    )
-    found = transient_of(run.impacts["time"], run.impacts["angular_velocity"])
-    expected = mean_torque_transient(run)
-    assert (found.kind, expected.kind) == (TransientKind.EXPONENTIAL, TransientKind.EXPONENTIAL)
-    assert found.finished
-    # the single run's wandering is in its interval, the curve's departure from exp in the other's
-    assert found.time_constant.low <= expected.time_constant.high
-    assert found.time_constant.high >= expected.time_constant.low
-    assert found.final == pytest.approx(expected.final, rel=0.05)
 
 
 def test_an_interval_does_not_depend_on_the_unit_of_time() -> None:

@@ -4,52 +4,51 @@ from __future__ import annotations
 
 import importlib
 
-import pytest
 from rcl_interfaces.msg import ParameterType
 from rclpy.parameter import Parameter
 
-from bouncing_disk_ros.parameters import TABLE, Spec
+from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.ros.validated_parameters import cast, descriptor_of, with_slider
 from bouncing_disk_ros.sliders import slider_of
 from bouncing_disk_ros.topics import SERVICES, TOPICS
 
 
-@pytest.mark.parametrize(
-    "name", [*(row.type for row in TOPICS.values()), *(row.type for row in SERVICES.values())]
-)
-def test_types_exist(name: str) -> None:
-    package, kind, short = name.split("/")
-    assert hasattr(importlib.import_module(f"{package}.{kind}"), short)
+def test_types_exist() -> None:
+    types = [row.type for row in TOPICS.values()] + [row.type for row in SERVICES.values()]
+    for name in types:
+        package, kind, short = name.split("/")
+        assert hasattr(importlib.import_module(f"{package}.{kind}"), short)
 
 
-@pytest.mark.parametrize("spec", TABLE.values(), ids=TABLE)
-def test_descriptors_carry_the_row(spec: Spec) -> None:
-    descriptor = descriptor_of(spec)
-    types = {
-        bool: ParameterType.PARAMETER_BOOL,
-        int: ParameterType.PARAMETER_INTEGER,
-        float: ParameterType.PARAMETER_DOUBLE,
-        str: ParameterType.PARAMETER_STRING,
-    }
-    assert descriptor.type == types[spec.type]
-    assert descriptor.read_only == spec.read_only
-    assert spec.description in descriptor.description
-    ranges = [*descriptor.floating_point_range, *descriptor.integer_range]
-    bounds = [(bounds.from_value, bounds.to_value) for bounds in ranges]
-    assert bounds == ([(spec.low, spec.high)] if None not in (spec.low, spec.high) else [])
+KINDS = {
+    bool: ParameterType.PARAMETER_BOOL,
+    int: ParameterType.PARAMETER_INTEGER,
+    float: ParameterType.PARAMETER_DOUBLE,
+    str: ParameterType.PARAMETER_STRING,
+}
 
 
-@pytest.mark.parametrize("name", TABLE)
-def test_sliders_lie_within_what_is_allowed_and_hold_the_value(name: str) -> None:
-    spec = TABLE[name]
-    for value in (spec.default, spec.low, spec.high):
-        slider = slider_of(name, spec.default if value is None else value)
-        if slider is not None and value is not None:
-            low, high = slider
-            assert (spec.low or low) <= low <= float(value) <= high <= (spec.high or high)
-            assert low < high
-        descriptor = with_slider(descriptor_of(spec), spec.default if value is None else value)
-        assert descriptor.additional_constraints == spec.allowed
+def test_descriptors_carry_the_row() -> None:
+    for spec in TABLE.values():
+        descriptor = descriptor_of(spec)
+        assert descriptor.type == KINDS[spec.type]
+        assert descriptor.read_only == spec.read_only
+        assert spec.description in descriptor.description
+        ranges = [*descriptor.floating_point_range, *descriptor.integer_range]
+        bounds = [(bounds.from_value, bounds.to_value) for bounds in ranges]
+        assert bounds == ([(spec.low, spec.high)] if None not in (spec.low, spec.high) else [])
+
+
+def test_sliders_lie_within_what_is_allowed_and_hold_the_value() -> None:
+    for name, spec in TABLE.items():
+        for value in (spec.default, spec.low, spec.high):
+            slider = slider_of(name, spec.default if value is None else value)
+            if slider is not None and value is not None:
+                low, high = slider
+                assert (spec.low or low) <= low <= float(value) <= high <= (spec.high or high)
+                assert low < high
+            descriptor = with_slider(descriptor_of(spec), spec.default if value is None else value)
+            assert descriptor.additional_constraints == spec.allowed
 
 
 def test_a_slider_has_a_scale_of_use() -> None:

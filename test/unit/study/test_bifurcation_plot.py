@@ -87,15 +87,13 @@ def test_the_figure_says_what_it_shows(
     lines = [np.asarray(line.get_xdata()) for line in bottom.lines]
     places = [float(x[0]) for x in lines if len(x) == 2][1:]
     assert places == [point.value for point in doublings]
-    for kind in ("png", "pdf", "svg"):
-        file = tmp_path / f"figure.{kind}"
-        figure.savefig(file)
-        assert 10_000 < file.stat().st_size < 500_000
+    figure.savefig(tmp_path / "figure.pdf")
+    assert 10_000 < (tmp_path / "figure.pdf").stat().st_size < 500_000
     bottom_of_legend = legend.get_window_extent().y0
     assert bottom_of_legend >= top.get_window_extent().y1, "the legend covers no branch"
 
 
-def test_the_way_down_from_contact_and_rest(tmp_path: Path) -> None:
+def test_the_way_down_from_contact_and_rest() -> None:
     """Rest gives no points, contact no exponent; both are drawn without complaint."""
     section = NextCollisionMap(0.36, 0.5, -0.4)
     start = begin(section, MapState(1.0, -0.01))
@@ -106,7 +104,7 @@ def test_the_way_down_from_contact_and_rest(tmp_path: Path) -> None:
     legend = figure.axes[-1].get_legend()
     assert legend is not None
     assert legend.texts[0].get_text() == "with contact: −∞"
-    figure.savefig(tmp_path / "figure.png")
+    figure.draw_without_rendering()
     shares = density(branch, 0.0, math.tau)
     assert (shares.sum(axis=0) > 0).tolist() == (branch.values > 1 / math.pi).tolist()
 

@@ -44,7 +44,7 @@ def test_loops_do_not_depend_on_how_they_are_cut(
 ) -> None:
     """Draws belong to a start; a condition sets what it names, another start and target too."""
     given: dict[str, Value] = {
-        "axial_forcing": 0.48, "width": 6, "height": 5, "strategies": "none deadbeat",
+        "axial_forcing": 0.48, "width": 4, "height": 4, "strategies": "none deadbeat",
         "conditions": "missed=0.3,jitter=0.002; start=period-2 in 1 cycle; start=rest",
     }  # fmt: skip
     whole = result_of(tmp_path / "a", "juggling", **given)
@@ -81,8 +81,8 @@ PLANE: dict[str, Value] = {
     "measured": 256,
 }
 MOTOR: dict[str, Value] = {
-    "x_axis": "preload", "x_begin": 28.0, "x_end": 32.0, "x_count": 9, "y_axis": "phase_lag",
-    "y_begin": -1.0, "y_end": 1.0, "y_count": 4,
+    "x_axis": "preload", "x_begin": 28.0, "x_end": 32.0, "x_count": 5, "y_axis": "phase_lag",
+    "y_begin": -1.0, "y_end": 1.0, "y_count": 3,
 }  # fmt: skip
 
 

@@ -9,11 +9,11 @@ import pytest
 import xarray as xr
 
 from bouncing_disk_ros import bag
+from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.ros.stop import Stop
 from bouncing_disk_ros.study import open_result
 from bouncing_disk_ros.study.bifurcation.options import DEFINITION
 from bouncing_disk_ros.study.command import run_study

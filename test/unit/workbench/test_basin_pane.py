@@ -99,24 +99,19 @@ def test_the_whole_map_is_shown_with_its_colours_and_shares(opened: Opened) -> N
     assert f"{FULL} × {FULL} starts" in opened.texts
     opened.zoom(Window(1.0, 1.1, -1.4, -1.3))
     assert "chattering (1 cycle): none in this window" in opened.texts
-    assert [share_text(one) for one in (1.0, 1e-6)] == ["100.00 %", "less than 0.01 %"]
-
-
-def test_the_page_says_where_double_precision_ends(opened: Opened) -> None:
     opened.zoom(Window(2.0, 2.0 + 2e-14, -1.0 - 2e-14, -1.0))
     assert "Double precision ends here" in opened.texts
-
-
-def test_several_changes_make_one_view(opened: Opened) -> None:
-    for begin in (0.1, 0.2, 0.3):
-        opened.plot.x_range.start = begin
-        opened.pane.parameters_changed()
-    assert len(opened.page.document.session_callbacks) == 1
+    assert [share_text(one) for one in (1.0, 1e-6)] == ["100.00 %", "less than 0.01 %"]
 
 
 def test_what_is_in_view_already_is_not_computed_again(
     opened: Opened, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    for begin in (0.1, 0.2, 0.3):  # several changes make one view
+        opened.plot.x_range.start = begin
+        opened.pane.parameters_changed()
+    assert len(opened.page.document.session_callbacks) == 1
+    opened.page.settle()
     asked: list[object] = []
     monkeypatch.setattr(opened.pane._views, "ask", asked.append)
     opened.values["phase_lag"] = 0.3  # the plane is the same
@@ -153,8 +148,10 @@ def test_a_click_shows_the_orbit_that_simulate_gives(opened: Opened) -> None:
     assert opened.sent == []
 
 
-def test_a_second_click_on_the_start_sends_the_disk_there(opened: Opened) -> None:
+def test_a_second_click_on_the_start_or_the_button_sends_the_disk_there(opened: Opened) -> None:
+    assert opened.pane._button.disabled
     opened.tap(1.0, -1.3)
+    assert not opened.pane._button.disabled
     start = opened.pane.start
     assert start is not None
     opened.tap(1.03, -1.31)
@@ -166,21 +163,10 @@ def test_a_second_click_on_the_start_sends_the_disk_there(opened: Opened) -> Non
     opened.tap(2.0, -2.3)  # another start: its orbit, nothing is sent
     assert len(opened.sent) == 1
     assert opened.pane._orbit.start != start  # type: ignore[union-attr]
-
-
-def test_the_button_sends_the_disk_too(opened: Opened) -> None:
-    button = opened.pane._button
-    assert button.disabled
-    opened.tap(1.0, -1.3)
-    assert not button.disabled
-    opened.pane._send_start()
-    assert len(opened.sent) == 1
-
-
-def test_a_refusal_of_the_node_is_shown(opened: Opened) -> None:
-    opened.tap(1.0, -1.3)
+    opened.pane._send_start()  # the button
+    assert len(opened.sent) == 2
     opened.refusal = InputError("initial_height", 0.0, "something <else>")
-    opened.tap(1.0, -1.3)
+    opened.pane._send_start()
     assert "initial_height: got 0.0, allowed: something &lt;else&gt;" in opened.texts
 
 
@@ -211,22 +197,17 @@ def test_other_parameters_make_another_map_and_forget_the_orbit(opened: Opened) 
     assert len(opened.path["height"]) == 0
 
 
-def test_a_view_of_old_parameters_is_not_shown(opened: Opened) -> None:
-    """A slow view arrives when its parameters are no longer in force."""
-    other = NextCollisionMap(0.6, 0.5)
-    late = view(other, whole_window(), 16)
-    assert late is not None
-    opened.pane._show(other, late, 1.0)
-    assert len(shown(opened)) == FULL
-
-
-def test_a_coarse_view_does_not_take_the_place_of_a_fine_one(opened: Opened) -> None:
+def test_neither_a_view_of_old_parameters_nor_a_coarse_one_takes_the_place_of_a_fine_one(
+    opened: Opened,
+) -> None:
+    """A slow view arrives when its parameters are no longer in force, or after a finer one."""
     section = opened.pane._section
     assert section is not None
-    coarse = view(section, whole_window(), 24)
-    assert coarse is not None
-    opened.pane._show(section, coarse, 0.01)
-    assert len(shown(opened)) == FULL
+    for of, side in ((NextCollisionMap(0.6, 0.5), 16), (section, 24)):
+        late = view(of, whole_window(), side)
+        assert late is not None
+        opened.pane._show(of, late, 1.0)
+        assert len(shown(opened)) == FULL
 
 
 def test_nothing_is_computed_before_a_browser_shows_it() -> None:

@@ -12,7 +12,7 @@ from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.study.basins.compute import Basins, from_arrays
 from bouncing_disk_ros.study.basins.options import DEFINITION as BASINS
 from bouncing_disk_ros.workbench import basin_pane
-from bouncing_disk_ros.workbench.basin_pane import attractors_of, label_of, view
+from bouncing_disk_ros.workbench.basin_pane import COARSE, attractors_of, label_of, view
 from bouncing_disk_ros.workbench.control_pane import amplitude_of
 from bouncing_disk_ros.workbench.start_plane import (
     NOT_DECIDED,
@@ -50,31 +50,28 @@ def boundary(axial_forcing: float, phase: float) -> float:
     return 0.5 * (low + high)
 
 
-@pytest.fixture
-def regions(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Views as small as these are labelled as fine ones are."""
-    monkeypatch.setattr(basin_pane, "COARSE", 1)
+@pytest.mark.parametrize(
+    ("axial_forcing", "place", "coarse"),
+    [
+        (0.45, 1e-9, 1),
+        (0.55, 0.1, 1),
+        (0.5526, whole_window(), 1),
+        (0.48, whole_window(), COARSE),
+        (0.45, Window(-7.0, 8.0, -3.0, -0.5), COARSE),
+    ],
+)
+def test_labels_are_those_of_the_study(
+    monkeypatch: pytest.MonkeyPatch, axial_forcing: float, place: Window | float, coarse: int
+) -> None:
+    """In a window, or so near to a boundary; bit by bit.
 
-
-@pytest.mark.usefixtures("regions")
-@pytest.mark.parametrize(("axial_forcing", "half"), [(0.45, 1e-9), (0.55, 0.1)])
-def test_labels_of_a_zoom_are_those_of_the_study(axial_forcing: float, half: float) -> None:
-    window = around(2.0, boundary(axial_forcing, 2.0), half)
-    compare(axial_forcing, window)
-
-
-@pytest.mark.usefixtures("regions")
-@pytest.mark.parametrize("axial_forcing", [0.48, 0.5526])
-def test_labels_of_the_whole_window_are_those_of_the_study(axial_forcing: float) -> None:
-    compare(axial_forcing, whole_window())
-
-
-def test_labels_beyond_one_period_are_those_of_the_study() -> None:
-    compare(0.45, Window(-7.0, 8.0, -3.0, -0.5))
-
-
-def compare(axial_forcing: float, window: Window) -> None:
-    """Bit by bit, names of attractors in place of their numbers: the study may find them anew."""
+    Attractors by their names: the study may find them anew, with other numbers. Views finer than
+    `coarse` know a region about chaos; the others follow every start.
+    """
+    monkeypatch.setattr(basin_pane, "COARSE", coarse)
+    window = (
+        place if isinstance(place, Window) else around(2.0, boundary(axial_forcing, 2.0), place)
+    )
     study = study_of(axial_forcing, window)
     context = study.context()
     names = np.array([*numbered([a.name for a in from_arrays(context).found]), NOT_DECIDED])
@@ -86,26 +83,8 @@ def compare(axial_forcing: float, window: Window) -> None:
     assert found is not None
     own = np.array([*found.names, NOT_DECIDED])
     np.testing.assert_array_equal(own[found.labels], names[expected])
+    assert len(np.unique(found.labels)) > 1, "a boundary is in view"
     assert sum(found.shares) == pytest.approx(1.0, abs=1e-12)
-
-
-def test_a_boundary_is_in_view_at_every_zoom() -> None:
-    """What the comparison with the study is about: two labels, not one."""
-    for half in (1e-4, 1e-9):
-        found = view(NextCollisionMap(0.45, 0.5), around(2.0, boundary(0.45, 2.0), half), 32)
-        assert found is not None
-        assert len(np.unique(found.labels)) == 2
-
-
-def test_fine_views_have_the_labels_of_coarse_ones(monkeypatch: pytest.MonkeyPatch) -> None:
-    """By a region about chaos, and by following every start."""
-    followed = view(NextCollisionMap(0.5526, 0.5), whole_window(), 96)
-    monkeypatch.setattr(basin_pane, "COARSE", 1)
-    known = view(NextCollisionMap(0.5526, 0.5), whole_window(), 96)
-    assert followed is not None
-    assert known is not None
-    np.testing.assert_array_equal(known.labels, followed.labels)
-    assert (known.labels == 1).mean() > 0.2
 
 
 def test_a_view_that_is_no_longer_wanted_is_not_computed() -> None:
@@ -158,11 +137,6 @@ def test_attractors_are_those_of_the_study_by_default(axial_forcing: float) -> N
         np.testing.assert_array_equal(mine.velocities, one.velocities)
 
 
-def test_attractors_are_named_in_the_order_of_their_labels() -> None:
-    found = attractors_of(NextCollisionMap(0.45, 0.5)).found
-    assert [one.name for one in found] == ["chattering (1 cycle)", "period-1"]
-
-
 def test_a_section_of_the_parameters_in_force() -> None:
     values = {name: value for name, value in DEFAULTS.items() if isinstance(value, float)}
     section = section_of(values)
@@ -171,6 +145,8 @@ def test_a_section_of_the_parameters_in_force() -> None:
     doubled = section_of({**values, "preload": 0.25 * 9.80665})
     assert doubled.axial_forcing == pytest.approx(0.5 * section.axial_forcing, rel=1e-14)
     assert section_of({**values, "phase_lag": 1.0, "brake_torque": 0.1}) == section
+    alone = section_of({**values, "gravity": 0.0, "preload": 0.25 * 9.80665})
+    assert alone.axial_forcing == pytest.approx(section.axial_forcing, rel=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -186,9 +162,3 @@ def test_where_there_are_no_basins_one_line_says_why(changed: dict[str, float], 
     with pytest.raises(InputError, match=line) as caught:
         section_of({**values, **changed})
     assert "\n" not in str(caught.value)
-
-
-def test_gravity_may_be_a_preload() -> None:
-    values = {name: value for name, value in DEFAULTS.items() if isinstance(value, float)}
-    alone = section_of({**values, "gravity": 0.0, "preload": 0.25 * 9.80665})
-    assert alone.axial_forcing == pytest.approx(section_of(values).axial_forcing, rel=1e-15)

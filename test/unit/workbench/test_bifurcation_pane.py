@@ -43,18 +43,9 @@ def test_a_diagram_is_that_of_from_starts() -> None:
     )  # fmt: skip
     phases = np.concatenate([branch.forcing_phase for branch in shown.branches])
     np.testing.assert_array_equal(phases, whole.forcing_phase)
-
-
-def test_what_is_kept_of_a_diagram_is_what_is_drawn() -> None:
-    """The cache of a workbench that runs for days stays small."""
-    shown = diagram(0.5, 0.42, 0.5, 20)
-    assert shown is not None
     kept = sum(array.nbytes for branch in shown.branches for array in branch)
-    assert kept < 1.05 * 8 * 20 * STARTS * KEPT
-
-
-def test_a_diagram_that_is_no_longer_wanted_is_not_computed() -> None:
-    assert diagram(0.5, 0.42, 0.5, 200, lambda: True) is None
+    assert kept < 1.05 * 8 * 200 * STARTS * KEPT, "the cache of a workbench stays small"
+    assert diagram(0.5, 0.42, 0.5, 200, lambda: True) is None, "no longer wanted"
 
 
 def test_images_hold_the_period_1_orbit_and_the_starts_with_contact_apart() -> None:
@@ -134,6 +125,11 @@ def test_the_run_moves_its_own_line_not_the_cursor(opened: Opened) -> None:
     assert opened.pane._cursor.location == before
     assert opened.pane._in_force.location == section_of(opened.values).axial_forcing
     assert opened.sent == []
+    far = Opened(axial_amplitude=0.2)
+    forcing = section_of(far.values).axial_forcing
+    assert forcing > 2.0
+    assert far.pane._figure.x_range.end > forcing, "a run far away is within the range"
+    assert far.sent == []
 
 
 def test_another_restitution_is_another_diagram(opened: Opened) -> None:
@@ -164,14 +160,6 @@ def test_a_coarse_diagram_does_not_take_the_place_of_a_fine_one(opened: Opened) 
     pane._show(coarse, images(coarse, 0.0, math.tau), (0.0, math.tau), 0.1)
     (image,) = pane._images[0].data["image"]
     assert image.shape == (ROWS, FULL)
-
-
-def test_a_run_far_away_is_within_the_range() -> None:
-    opened = Opened(axial_amplitude=0.2)
-    forcing = section_of(opened.values).axial_forcing
-    assert forcing > 2.0
-    assert opened.pane._figure.x_range.end > forcing
-    assert opened.sent == []
 
 
 def test_parameters_without_a_diagram_are_said_in_one_line(opened: Opened) -> None:

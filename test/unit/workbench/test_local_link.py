@@ -111,7 +111,7 @@ def test_it_juggles_until_it_is_stopped_or_another_run_begins(
         step(link)
         if history.juggling.startswith("deadbeat: lost: "):
             break
-    assert history.juggling.startswith("deadbeat: lost: the last impact is ")
+    assert history.juggling.startswith("deadbeat: lost: ")
     link.send(Call("pause", False))
     wait(lambda: history.juggling.startswith("deadbeat: captured"))
     session = link._run.session if link._run else None

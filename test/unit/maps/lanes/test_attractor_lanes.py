@@ -1,13 +1,11 @@
-"""Lanes settle and measure as `measure_attractor` does: the same steps, means and ends."""
+"""Lanes settle and measure as `measure_attractor` does: the same steps and ends."""
 
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.maps.axial_map import (
@@ -22,7 +20,6 @@ from bouncing_disk_ros.maps.rotation_map import (
     CONTACT_COUNT,
     LYAPUNOV,
     MEAN_PER_IMPACT,
-    MEAN_PER_TIME,
     MEASURED,
     ORBIT_SPEED,
     ORBIT_TURNED,
@@ -113,41 +110,6 @@ def test_single_steps_are_those_of_the_map() -> None:
         np.testing.assert_allclose(
             found.results[:, column], steps.results[:, column], rtol=0, atol=1e-15
         )
-
-
-@pytest.mark.parametrize("settling", [0, 7])
-def test_what_is_measured_is_what_the_rows_show(settling: int) -> None:
-    """Every row is one scalar step from the one before; means, exponent and end are of the rows."""
-    n, measured = 300, 60
-    start = starts(n, 53)
-    found = carried(start, settling, measured, measured)
-    compared = 0
-    for i in np.flatnonzero(~np.isnan(found.results[:, MEASURED])):
-        rows, results, parameters = found.rows[i], found.results[i], start[1][i]
-        sums = 8.0 * measured * ROUNDING
-        mean = rows[:, ORBIT_TURNED].sum() / rows[:, ORBIT_DELAY].sum()
-        assert results[MEAN_PER_TIME] == pytest.approx(mean, rel=1e-9, abs=sums)
-        assert results[MEAN_PER_IMPACT] == pytest.approx(
-            rows[:, ORBIT_SPEED].mean(), abs=4.0 * sums
-        )
-        assert results[CONTACT_COUNT] == np.sum(rows[:, ORBIT_KIND] == MAP_CONTACT)
-        assert (found.states[i, :3] == rows[-1, [ORBIT_TAU, ORBIT_W, ORBIT_SPEED]]).all()
-        for a, b in pairwise(rows):
-            step = one_by_one(
-                (
-                    np.array([[a[ORBIT_TAU], a[ORBIT_W], a[ORBIT_SPEED], 1.0, 0.0]]),
-                    parameters[None],
-                ),
-                0,
-                1,
-            )
-            expected = step.rows[0, 0]
-            rounding = step_rounding(a[ORBIT_W], parameters[0], expected[ORBIT_W])
-            assert b[ORBIT_KIND] == expected[ORBIT_KIND]
-            assert apart(b[ORBIT_TAU], expected[ORBIT_TAU]) <= rounding
-            assert abs(b[ORBIT_W] - expected[ORBIT_W]) <= rounding
-        compared += 1
-    assert compared > 150
 
 
 def test_contact_rest_and_a_dead_impact_are_told_as_by_the_scalar_map() -> None:

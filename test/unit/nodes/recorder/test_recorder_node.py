@@ -13,11 +13,11 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import String
 
 from bouncing_disk_ros import bag
+from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.nodes.recorder import attachments, recorder_node
 from bouncing_disk_ros.nodes.recorder.attachments import ASKED_TIMES, RunParameters
 from bouncing_disk_ros.nodes.recorder.recorded_topic import RecordedTopic
 from bouncing_disk_ros.nodes.recorder.recorder_node import Recorder
-from bouncing_disk_ros.ros.stop import Stop
 from support.talker import Talker, wait_until
 
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)

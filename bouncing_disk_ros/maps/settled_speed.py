@@ -1,4 +1,4 @@
-"""The mean speed that friction brings the disk to on an attractor, and the best phase lag.
+"""The mean speed that friction brings the disk to on an attractor.
 
 The speed after one repetition of the axial part does not fall as the speed before it grows, and
 grows no faster: friction alone changes it. So the change in one repetition falls as the speed
@@ -12,8 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +27,6 @@ from bouncing_disk_ros.maps.rotation_map import (
     collision_orbit,
     measure_attractor,
 )
-from bouncing_disk_ros.maps.scalar_search import golden_section
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.maps.next_collision import NextCollisionMap
@@ -111,44 +109,3 @@ def settled_speeds(
     """`settled_speed` of all starts (n,) on all attractors (m,): (n, m)."""
     rows = [[settled_speed(one, section, float(start)) for one in known.found] for start in starts]
     return np.array(rows, float).reshape(len(starts), len(known.found))
-
-
-# ------------------------------------------------------------------------------------------------
-# The phase lag that turns the disk fastest on a given axial attractor (paper, eq. 4 and below).
-#
-# The axial part of an attractor does not depend on θ, so its impacts are found once; the mean
-# speed is then a function of θ alone.
-
-
-LAGS = 48
-"""Phase lags of the first look around the circle."""
-WIDTH = 1e-9
-"""The bracket of the best phase lag is closed to this, rad."""
-
-
-class BestLag(NamedTuple):
-    """Where the mean speed is largest; nan without rotation."""
-
-    phase_lag: float  # θ, rad, in [−π, π]
-    mean_speed: float  # mean of α̇ in time there, ωΦ
-
-
-def best_lag(found: Attractor, section: NextCollisionMap) -> BestLag:
-    """Phase lag with the largest mean speed: a search around the circle, then a golden section.
-
-    A change of θ by half a turn changes the sign of the speed, so the largest and the most negative
-    speed have the same magnitude. For the period-1 orbit it is −τ_imp, where the speed is ωΦ.
-
-    >>> section = NextCollisionMap(0.45, 0.5, angular_forcing=100.0)
-    >>> best_lag(find_attractors(section, [(0.7, -1.3)]).found[0], section)
-    """
-    if found.kind is AttractorKind.REST or math.isinf(section.angular_forcing):
-        return BestLag(math.nan, math.nan)
-
-    def speed(lag: float) -> float:
-        return settled_speed(found, replace(section, phase_lag=lag))
-
-    lags = np.linspace(-math.pi, math.pi, LAGS, endpoint=False)
-    best = float(lags[int(np.argmax([speed(float(lag)) for lag in lags]))])
-    lag, most = golden_section(speed, best - math.tau / LAGS, best + math.tau / LAGS, WIDTH)
-    return BestLag(math.remainder(lag, math.tau), most)

@@ -95,63 +95,16 @@ def security_is_on() -> bool:
     return os.environ.get("ROS_SECURITY_ENABLE") == "true"
 
 
-def accept_any_text() -> None:
-    """Let stdout show letters that the terminal's encoding lacks as escapes, as stderr does."""
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")
-
-
-class _Pipe(io.FileIO):
-    """A pipe to a reader that may go (`| head`): what is written later is dropped quietly."""
-
-    def write(self, data: Any) -> int:
-        """Write, or drop what nobody reads."""
-        try:
-            return super().write(data)
-        except BrokenPipeError:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), self.fileno())
-            return memoryview(data).nbytes
-
-
-def outlive_reader() -> None:
-    """Let stdout drop what is written once its reader has gone, where it is a pipe.
-
-    The work goes on and its files are written; nothing is said about the pipe. `end_with_reader`
-    undoes it.
-    """
-    out = sys.stdout
-    if out is not sys.__stdout__ or not isinstance(out, io.TextIOWrapper):
-        return  # captured, or not to be written to
-    try:
-        if not stat.S_ISFIFO(os.fstat(out.fileno()).st_mode):
-            return
-    except OSError:
-        return
-    out.flush()
-    pipe = io.BufferedWriter(_Pipe(out.fileno(), "wb", closefd=False))
-    sys.stdout = io.TextIOWrapper(
-        pipe, encoding=out.encoding, errors=out.errors, line_buffering=out.line_buffering,
-        write_through=out.write_through,
-    )  # fmt: skip
-
-
-def end_with_reader() -> None:
-    """Let writing to a pipe without a reader raise BrokenPipeError again."""
-    buffer = getattr(sys.stdout, "buffer", None)
-    if isinstance(getattr(buffer, "raw", None), _Pipe) and sys.__stdout__ is not None:
-        sys.stdout = sys.__stdout__
-
-
-def prepare() -> None:
+def prepare(*, uses_ros: bool) -> None:
     """Make the process ready for rclpy, or end it with one line on stderr and exit code 2.
 
     To be called first in an executable's `main`, before `rclpy.init` and the import of matplotlib.
-    Where ROS is not installed, its settings do not matter.
+    Where ROS is not installed or not used, its settings do not matter.
     """
     try:
         use_package_index()
         use_matplotlib_folder()
-        if ros_is_here():
+        if uses_ros and ros_is_here():
             use_log_folder()
             check_domain()
             check_middleware()
@@ -159,6 +112,53 @@ def prepare() -> None:
     except InputError as error:
         sys.stderr.write(f"{PACKAGE}: {error.line}\n")
         raise SystemExit(int(ExitCode.BAD_INPUT)) from None
+
+
+# stdout -------------------------------------------------------------------------------------------
+
+
+class _Pipe(io.FileIO):
+    """A pipe to a reader that may go (`| head`): what is written later is dropped quietly."""
+
+    reader_is_gone = False
+
+    def write(self, data: Any) -> int:
+        """Write, or drop what nobody reads."""
+        try:
+            return super().write(data)
+        except BrokenPipeError:
+            self.reader_is_gone = True
+            os.dup2(os.open(os.devnull, os.O_WRONLY), self.fileno())
+            return memoryview(data).nbytes
+
+
+def prepare_stdout() -> None:
+    """Let stdout take any text and outlive its reader.
+
+    Letters that the terminal's encoding lacks are shown as escapes, as on stderr. What is written
+    to a pipe whose reader has gone is dropped: the work goes on and its files are written.
+    """
+    out = sys.stdout
+    if not isinstance(out, io.TextIOWrapper):
+        return  # captured
+    out.reconfigure(errors="backslashreplace")
+    try:
+        is_pipe = out is sys.__stdout__ and stat.S_ISFIFO(os.fstat(out.fileno()).st_mode)
+    except OSError:
+        return
+    if is_pipe:
+        out.flush()
+        pipe = io.BufferedWriter(_Pipe(out.fileno(), "wb", closefd=False))
+        sys.stdout = io.TextIOWrapper(
+            pipe, encoding=out.encoding, errors=out.errors, line_buffering=out.line_buffering,
+            write_through=out.write_through,
+        )  # fmt: skip
+
+
+def reader_is_gone() -> bool:
+    """Whether stdout is a pipe whose reader was found to have gone."""
+    raw = getattr(getattr(sys.stdout, "buffer", None), "raw", None)
+    return isinstance(raw, _Pipe) and raw.reader_is_gone
 
 
 # a domain of one's own ----------------------------------------------------------------------------

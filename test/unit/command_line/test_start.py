@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from bouncing_disk_ros.command_line.start import Start, parser_of
 from bouncing_disk_ros.help_text import spec_lines
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.ros.startup import Start, parser_of
 
 
 def test_help_has_every_option_with_type_default_and_unit() -> None:
@@ -40,21 +37,3 @@ def test_a_parameter_before_ros_args_is_told_its_place(capsys: pytest.CaptureFix
         Start("tool", "", {}, "", ["width:=3"], needs_ros=False).parse()
     assert ended.value.code == 2
     assert "come after --ros-args: --ros-args -p NAME:=VALUE" in capsys.readouterr().err
-
-
-_INTERRUPTED = """
-import sys
-from bouncing_disk_ros.ros.startup import run_without_ros
-sys.exit(run_without_ros("it", lambda: exec("raise KeyboardInterrupt")))
-"""
-
-
-def test_an_interrupt_within_generated_code_ends_with_130(tmp_path: Path) -> None:
-    """Not by SIGINT, as CPython would end a process of `python -m` after it."""
-    (tmp_path / "interrupted_tool.py").write_text(_INTERRUPTED)
-    paths = [str(tmp_path), os.environ.get("PYTHONPATH", "")]
-    done = subprocess.run(
-        [sys.executable, "-m", "interrupted_tool"], capture_output=True, text=True, timeout=60,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))},
-    )  # fmt: skip
-    assert (done.returncode, done.stderr) == (130, "it: interrupted\n")

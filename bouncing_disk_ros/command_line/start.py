@@ -1,4 +1,4 @@
-"""The begin of an executable, before its slow imports: signals, surroundings, command line.
+"""The begin and end of an executable: signals, surroundings, command line, exit code.
 
 `Start` is made first of all in a `main`. Loads neither rclpy nor numba: --help and a wrong argument
 are answered at once. Before it `option_values` turns given options into values.
@@ -9,10 +9,13 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import NoReturn
 
-from bouncing_disk_ros import environment
+from bouncing_disk_ros.command_line import environment
+from bouncing_disk_ros.command_line.ros_arguments import Overrides, RosArguments
+from bouncing_disk_ros.command_line.stop import Answer, Stop
 from bouncing_disk_ros.errors import (
     BagError,
     ExitCode,
@@ -23,8 +26,6 @@ from bouncing_disk_ros.errors import (
 )
 from bouncing_disk_ros.help_text import spec_lines
 from bouncing_disk_ros.parameters import Spec, Value, is_rclpy_parameter
-from bouncing_disk_ros.ros.ros_arguments import Overrides, RosArguments
-from bouncing_disk_ros.ros.stop import Stop
 
 FIGURE_KINDS = ("png", "pdf", "svg")
 
@@ -62,19 +63,19 @@ def option_values(given: Mapping[str, object], table: Mapping[str, Spec]) -> dic
 
 
 class Start:
-    """An executable with a table of options that has begun; made first of all in its `main`.
+    """The begin and end of an executable; made first of all in its `main`.
 
-    `args`: the command line, None for that of the process. `code`: what a signal ends it with.
-    `overrides`: the parameters it gives, once it is parsed.
-    `needs_ros`: whether it ends, with one line and exit code 2, where ROS is not installed.
-    `node_name`: of its node, where that has another name.
+    `table`: of its parameters; None: it takes no ROS arguments. `args`: the command line, None for
+    that of the process. `code`: what a signal ends it with. `overrides`: the parameters it gives,
+    once it is parsed. `needs_ros`: whether it ends, with one line and exit code 2, where ROS is not
+    installed. `node_name`: of its node, where that has another name.
     """
 
     def __init__(
         self,
         name: str,
         about: str,
-        table: Mapping[str, Spec],
+        table: Mapping[str, Spec] | None,
         example: str,
         args: Sequence[str] | None,
         code: ExitCode = ExitCode.DONE,
@@ -84,79 +85,68 @@ class Start:
     ) -> None:
         self.name = name
         self._node_name = node_name or name
-        self._needs_ros = needs_ros
-        self.stop = Stop(code).install()
-        environment.prepare()
-        self.own, self.ros = split_arguments(args)
+        self._takes_ros, self._needs_ros = table is not None, needs_ros
+        self.stop = Stop(name, code).install()
+        environment.prepare_stdout()
+        environment.prepare(uses_ros=self._takes_ros)
+        argv = list(sys.argv[1:] if args is None else args)
+        at = argv.index("--ros-args") if "--ros-args" in argv else len(argv)
+        self._own, self.ros = argv[:at], argv[at:]
         self.overrides: Overrides = {}
         self.parser = parser_of(name, about, table, example)
 
     def parse(self) -> argparse.Namespace:
         """What stands before --ros-args; ends the process for --help and for what is wrong."""
-        given = self.parser.parse_args(self.own)
-        if self._needs_ros:
-            require_ros(self.name)
+        given = self.parser.parse_intermixed_args(self._own)
+        if not self._takes_ros:
+            return given
+        if self._needs_ros and not environment.ros_is_here():
+            why = "needs ROS 2, and rclpy or its message packages are not installed here"
+            how = "pip install '.[ros]' installs them on x86-64 Linux (docs/installation.md)"
+            self._refuse(f"{why}. {how}")
         try:
             arguments = RosArguments(self.ros, self._node_name)
         except InputError as error:
-            print(f"{self.name}: {error.line}", file=sys.stderr, flush=True)
-            raise SystemExit(int(ExitCode.BAD_INPUT)) from None
+            self._refuse(error.line)
         self.overrides = arguments.overrides
         for file in arguments.unused_files:  # ROS ignores these without a word
             why = f"it sets nothing for a node called {arguments.node_name}, and is ignored"
             print(f"{self.name}: --params-file {file}: {why}", file=sys.stderr, flush=True)
         return given
 
+    def _refuse(self, line: str) -> NoReturn:
+        """End the process with one line and exit code 2."""
+        print(f"{self.name}: {line}", file=sys.stderr, flush=True)
+        raise SystemExit(int(ExitCode.BAD_INPUT))
 
-def require_ros(name: str) -> None:
-    """End the process with one line and exit code 2 where ROS 2 is not installed."""
-    if environment.ros_is_here():
-        return
-    why = "needs ROS 2, and rclpy or its message packages are not installed here"
-    how = "pip install '.[ros]' installs them on x86-64 Linux (docs/installation.md)"
-    print(f"{name}: {why}. {how}", file=sys.stderr, flush=True)
-    raise SystemExit(int(ExitCode.BAD_INPUT))
+    def run(self, work: Callable[[], int], path: str = "", unfinished: str = "") -> int:
+        """Do the work of the executable; the exit code. Every error is one line on stderr.
 
-
-def run_without_ros(
-    name: str, work: Callable[[], int], path: str = "", interrupted: str = ""
-) -> int:
-    """Do the work of an executable where there is no ROS; the exit code. Every error is one line.
-
-    The codes are those of `ros.spin.run_node`; a bag that is damaged or untrue is bad input.
-    `path`: of the file or bag worked on, named where an error does not name it. `interrupted`: the
-    line where KeyboardInterrupt ends the work, if not just that.
-    """
-    try:
-        return work()
-    except InputError as error:
-        code, line = ExitCode.BAD_INPUT, error.line
-    except FailedError as error:
-        code, line = ExitCode.FAILED, str(error)
-    except (BagError, OSError) as error:
-        code = ExitCode.BAD_INPUT if isinstance(error, BagError) else ExitCode.FAILED
-        line = str(error) if path in str(error) else f"{path}: {error}"
-    except KeyboardInterrupt:
-        # One that has passed through exec() of a text, as rosbags and dataclasses use it, makes
-        # CPython end by SIGINT whatever the exit code, until another text has been run.
-        exec("")  # noqa: S102
-        print(interrupted or f"{name}: interrupted", file=sys.stderr, flush=True)
-        return ExitCode.INTERRUPTED
-    print(f"{name}: {one_line(line)}", file=sys.stderr, flush=True)
-    return code
+        A signal raises KeyboardInterrupt, unless the work sets another answer. `path`: of the file
+        or bag worked on, named where an error does not name it. `unfinished`: what is said besides
+        of work that is interrupted.
+        """
+        self.stop.answer = Answer.INTERRUPT
+        try:
+            return work()
+        except InputError as error:
+            code, line = ExitCode.BAD_INPUT, error.line
+        except FailedError as error:
+            code, line = ExitCode.FAILED, str(error)
+        except (BagError, OSError) as error:
+            code = ExitCode.BAD_INPUT if isinstance(error, BagError) else ExitCode.FAILED
+            line = str(error) if path in str(error) else f"{path}: {error}"
+        except KeyboardInterrupt:
+            # One that has passed through exec() of a text, as rosbags and dataclasses use it, makes
+            # CPython end by SIGINT whatever the exit code, until another text has been run.
+            exec("")  # noqa: S102
+            self.stop.say(unfinished)
+            return self.stop.code
+        print(f"{self.name}: {one_line(line)}", file=sys.stderr, flush=True)
+        return code
 
 
-def split_arguments(args: Sequence[str] | None) -> tuple[list[str], list[str]]:
-    """What stands before --ros-args, and the rest; None: the command line of the process.
-
-    The first step of every executable, so it makes stdout take any text, whatever the terminal, and
-    outlive its reader.
-    """
-    environment.accept_any_text()
-    environment.outlive_reader()
-    argv = list(sys.argv[1:] if args is None else args)
-    at = argv.index("--ros-args") if "--ros-args" in argv else len(argv)
-    return argv[:at], argv[at:]
+_AS_WRITTEN = argparse.RawDescriptionHelpFormatter
 
 
 class _Parser(argparse.ArgumentParser):
@@ -170,16 +160,20 @@ class _Parser(argparse.ArgumentParser):
 
 
 def parser_of(
-    name: str, about: str, table: Mapping[str, Spec], example: str
+    name: str, about: str, table: Mapping[str, Spec] | None, example: str
 ) -> argparse.ArgumentParser:
     """The parser of an executable; --help shows its options from the table."""
-    lines = ["parameters (--ros-args -p NAME:=VALUE):"]
-    for spec in table.values():
-        lines += spec_lines(spec)
+    title = "examples" if "\n" in example else "example"
+    epilog = f"{title}:\n  {example}"
+    if table is None:
+        return argparse.ArgumentParser(
+            prog=name, description=about, epilog=epilog, formatter_class=_AS_WRITTEN
+        )
+    lines = chain.from_iterable(map(spec_lines, table.values()))
     return _Parser(
         prog=name,
         description=about,
         usage=f"{name} [--help] [--ros-args -p NAME:=VALUE ... -r __ns:=/NAMESPACE ...]",
-        epilog="\n".join([*lines, "", "example:", f"  {example}"]),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog="\n".join(["parameters (--ros-args -p NAME:=VALUE):", *lines, "", epilog]),
+        formatter_class=_AS_WRITTEN,
     )

@@ -59,6 +59,10 @@ class Child:
         """Exit code, or None while it runs."""
         return self._process.poll()
 
+    def wait(self) -> int:
+        """The exit code, once it has ended."""
+        return self._process.wait()
+
     @property
     def log(self) -> str:
         """All it has printed."""

@@ -26,8 +26,8 @@ def leave_current_folder_out() -> None:
     if sys.path[0] not in ("", current):
         return
     del sys.path[0]
-    package = os.path.dirname(os.path.abspath(__file__))  # noqa: PTH100, PTH120
-    if os.path.realpath(os.path.dirname(package)) == os.path.realpath(current):  # noqa: PTH120
+    home = os.path.abspath(f"{__file__}/../../..")  # noqa: PTH100 (of the package)
+    if os.path.realpath(home) == os.path.realpath(current):
         sys.path.append(current)
     else:
         os.environ["PYTHONSAFEPATH"] = "1"

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from bouncing_disk_ros import environment
+from bouncing_disk_ros.command_line import environment
 from bouncing_disk_ros.errors import InputError
 from support.places import installed
 
@@ -75,19 +75,6 @@ def test_settings_that_are_refused(
         ros.setenv(name, text)
     with pytest.raises(InputError, match=words):
         check()
-
-
-def test_prepare_ends_with_one_line_and_code_2(
-    clean: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    clean.setenv("ROS_DOMAIN_ID", "abc")
-    with pytest.raises(SystemExit) as caught:
-        environment.prepare()
-    assert caught.value.code == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert captured.err.startswith("bouncing_disk_ros: ROS_DOMAIN_ID: got 'abc', allowed:")
-    assert captured.err.count("\n") == 1
 
 
 # a domain of one's own

@@ -1,4 +1,4 @@
-"""Store an event that was found in the state, with the clock at its instant."""
+"""The instant of an event that was found: the state gets its clock; an input may be due with it."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import bouncing_disk_ros
-from bouncing_disk_ros.safe_path import leave_current_folder_out
+from bouncing_disk_ros.command_line.safe_path import leave_current_folder_out
 
 ROOT = Path(bouncing_disk_ros.__file__).resolve().parents[1]
 
