@@ -460,11 +460,12 @@ def _measure_cycle(
 def standard_error(parts: Floats) -> float:
     """Standard error of the mean of BATCHES parts that follow each other.
 
-    The largest of those of the parts, of their pairs and of pairs of pairs: parts that are not
-    independent of the next ones scatter less than their mean.
+    The largest of those of the parts, of their pairs, and so on up to the two halves: parts that
+    are not independent of the next ones scatter less than their mean, and a speed that has not
+    settled differs between the halves.
     """
     largest, size = 0.0, 1
-    while size <= BATCHES // 8:
+    while size <= BATCHES // 2:
         count = BATCHES // size
         mean = squares = 0.0
         for i in range(BATCHES):

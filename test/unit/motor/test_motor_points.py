@@ -27,7 +27,7 @@ PERIOD_NS = 25_000
 
 
 def assert_within(found: MotorMeans, longer: MotorMeans, errors: float) -> None:
-    """Each mean is that of the longer run within so many of its errors, and theirs are smaller."""
+    """Each mean is that of the longer run within so many of their errors."""
     for name in MEANS:
         short, long = getattr(found, name), getattr(longer, name)
         known = np.isfinite(short) & np.isfinite(long)
@@ -47,11 +47,21 @@ def test_where_nothing_repeats_the_errors_say_how_far_the_means_are() -> None:
     longer = measure(chaotic, Run(longest=90_000))
     assert found.kind.tolist() == longer.kind.tolist() == [NOT_PERIODIC] * 3
     assert (found.measured >= 512).all()
-    assert (longer.errors["mean_speed"] < found.errors["mean_speed"])[:2].all()
     assert_within(found, longer, 4.0)
     assert (found.errors["axial_power"] > 0.0).all()
     assert (found.contact_share[:2] == 0.0).all()
     np.testing.assert_allclose(found.impact_rate[:2], 40_000.0, rtol=0.05)
+
+
+def test_a_speed_that_still_drifts_is_not_taken_for_a_mean() -> None:
+    """The period-1 orbit is barely unstable here: the motion leaves it over some 800 periods."""
+    motion = Motion(1e-6, 4e-4, 40_000.0, -0.7383651652519078)
+    disk = DISK._replace(gyration_radius=0.00282842712474619, preload=20.65326633165829,
+                         load_torque=8.040201005025126e-05)  # fmt: skip
+    found = measure([(motion, disk)], Run())
+    settled = measure([(motion, disk)], Run(settling=5_000))
+    apart = abs(found.mean_speed - settled.mean_speed)[0]
+    assert apart <= 3.0 * found.errors["mean_speed"][0]
 
 
 def test_where_roundings_decide_the_means_are_those_of_motors_equal_within_them() -> None:
