@@ -351,6 +351,30 @@ def complete(values: Mapping[str, object]) -> dict[str, Value]:
     return whole
 
 
+def is_fixed(name: str, *, is_configured: bool) -> bool:
+    """Whether a parameter of a run cannot be changed now; a run is configured, or cleaned up."""
+    spec = TABLE[name]
+    return spec.read_only or (spec.while_unconfigured and is_configured)
+
+
+def checked_change(
+    change: Mapping[str, object], values: Mapping[str, Value], *, is_configured: bool
+) -> dict[str, Value]:
+    """A change of the parameters of a run that has `values`, checked and cast.
+
+    InputError for a wrong value, and for another one of a parameter that is fixed by now.
+    """
+    found = checked(change)
+    for name, value in found.items():
+        if value != values[name] and is_fixed(name, is_configured=is_configured):
+            hint = f"Give it at start: --ros-args -p {name}:=..."
+            if TABLE[name].while_unconfigured:
+                hint += ", or deactivate and clean the node up before."
+            raise InputError(name, value, "no change while it runs", hint)
+    check_together({**values, **found})
+    return found
+
+
 def check_together(values: Mapping[str, Value]) -> None:
     """Rules that hold between parameters, of a whole set; InputError names the field at fault."""
     preload, mass, gravity = (float(values[name]) for name in ("preload", "mass", "gravity"))

@@ -23,8 +23,7 @@ from bouncing_disk_ros.regular_file import read_text
 
 _PARSER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where it is
 _OTHER = re.compile(r"[^\[\]{}]+")
-_CORE = "tag:yaml.org,2002:"
-_TEXT = _CORE + "str"
+_TEXT = "tag:yaml.org,2002:str"
 _NUMBER_LENGTH = 64
 """Characters of the longest number; more are refused before they are converted."""
 
@@ -141,65 +140,55 @@ def number_of(text: str) -> float | None:
 
 
 # --- YAML -----------------------------------------------------------------------------------------
-def value_of(text: str) -> Any:
-    """What a YAML scalar without quotes means: None, true or false, a number, or its text.
+_NULLS = ("", "~", "null", "Null", "NULL")
+_WORDS = {
+    form: word in ("true", "yes", "on")
+    for word in ("true", "yes", "on", "false", "no", "off")
+    for form in (word, word.title(), word.upper())
+}
+_NUMBER = re.compile(
+    r"[+-]?(?:(0|[1-9]\d*)|(?:\d+\.\d*|\.\d+|(?:0|[1-9]\d*)(?=[eE]))(?:[eE][+-]?\d+)?"
+    r"|\.?(?:inf|Inf|INF))|\.?(?:nan|NaN|NAN)", re.ASCII,
+)  # fmt: skip
+"""Decimal numbers, infinities and nan; group 1: whole numbers."""
+_SEVERAL = re.compile(
+    r"[yn]|[+-]?(?:0\d+(?:e[+-]?\d+)?|0x[\da-f.p+-]+|inf(?:inity)?|nan(?:\(\w*\))?)",
+    re.ASCII | re.IGNORECASE,
+)
+"""Booleans and numbers of ROS (C's strtol and strtod) that are texts to YAML, or other numbers."""
+
+
+def value_of(text: str) -> bool | int | float | str:
+    """What a YAML scalar without quotes means: true or false, a number, or its text.
 
     A number is one that YAML and ROS read alike: `1`, `+5`, `1e-3`, `.5`, `5.`, `.inf`, `nan`.
-    Octals, hexadecimals, `1_0`, `1:30` and dates are texts.
+    `1_0`, `1:30` and dates are texts. ValueError for what they read differently, such as octals,
+    hexadecimals and `y`, and where there is no value.
     """
     if text in _WORDS:
         return _WORDS[text]
-    if _NO_NUMBER.fullmatch(text):
-        return float(text.replace(".", ""))
-    if not _NUMBER.fullmatch(text):
+    if text in _NULLS:
+        raise ValueError("there is no value")
+    match = _NUMBER.fullmatch(text)
+    if match is None:
+        if _SEVERAL.fullmatch(text):
+            how = "a decimal number, true or false, or quotes around a text"
+            raise ValueError(f"{text} has several meanings: write {how}")
         return text
     if len(text) > _NUMBER_LENGTH:
         raise ValueError(f"a number of {len(text)} characters")
-    if _WHOLE.fullmatch(text):
-        if abs(int(text)) >= 10**limits.DIGITS:
-            raise ValueError(f"a whole number of more than {limits.DIGITS} digits")
+    if match[1]:
+        if not -(2**63) <= int(text) < 2**63:
+            raise ValueError(f"{text} has more than 64 bits")
         return int(text)
-    value = float(text)
-    is_zero = not re.search("[1-9]", re.split("[eE]", text)[0])
-    return value if is_zero or sys.float_info.min <= abs(value) < math.inf else text
-
-
-def ros_value_of(text: str) -> Any:
-    """What a YAML scalar without quotes means to ROS; ValueError where `value_of` reads another."""
-    value = value_of(text)
-    if value is None:
-        raise ValueError("there is no value")
-    if isinstance(value, str) and _ROS_ONLY.fullmatch(text):
-        how = "a decimal number, true or false, or quotes around a text"
-        raise ValueError(f"{text} has several meanings: write {how}")
-    if isinstance(value, int) and not -(2**63) <= value < 2**63:
-        raise ValueError(f"{text} has more than 64 bits")
-    return value
+    value = float(re.sub(r"\.(?=[a-zA-Z])", "", text))  # .inf is inf
+    is_exact = not re.search(r"[1-9]", text.lower().partition("e")[0])  # 0, inf, nan
+    return value if is_exact or sys.float_info.min <= abs(value) < math.inf else text
 
 
 def text_of(text: str) -> str | None:
     """A YAML scalar as it is written; None where it says that there is none."""
-    return None if text in _WORDS and _WORDS[text] is None else text
-
-
-_WORDS: dict[str, bool | None] = {
-    "": None,
-    "~": None,
-    **dict.fromkeys(("null", "Null", "NULL"), None),
-    **{form: True for word in ("true", "yes", "on") for form in (word, word.title(), word.upper())},
-    **{form: False for word in ("false", "no", "off")
-       for form in (word, word.title(), word.upper())},
-}  # fmt: skip
-_WHOLE = re.compile(r"[+-]?(?:0|[1-9]\d*)", re.ASCII)
-_NUMBER = re.compile(
-    rf"{_WHOLE.pattern}|[+-]?(?:\d+\.\d*|\.\d+|(?:0|[1-9]\d*)(?=[eE]))(?:[eE][+-]?\d+)?", re.ASCII
-)
-_NO_NUMBER = re.compile(r"[+-]?\.?(?:inf|Inf|INF)|\.?(?:nan|NaN|NAN)")
-_ROS_ONLY = re.compile(
-    r"[yn]|[+-]?(?:0\d+(?:e[+-]?\d+)?|0x[\da-f.p+-]+|inf(?:inity)?|nan(?:\(\w*\))?)",
-    re.ASCII | re.IGNORECASE,
-)
-"""Booleans and numbers of rcl (C's strtol and strtod) that are texts here."""
+    return None if text in _NULLS else text
 
 
 def read_yaml(
@@ -213,82 +202,56 @@ def read_yaml(
     """
     if len(text) > most:
         raise InputError(field, f"{len(text)} characters", f"at most {most}")
+    events = _events(text)
     try:
-        return _Builder(text, plain).content()
+        next(events)  # the stream begins
+        if isinstance(next(events), yaml.StreamEndEvent):
+            return None
+        found = _node(next(events), events, plain, 0)
+        next(events)  # the document ends
+        if not isinstance(next(events), yaml.StreamEndEvent):
+            raise ValueError("a second document")
     except (yaml.YAMLError, ValueError) as error:
         raise InputError(field, text, "valid YAML", str(error)) from None
+    return found
 
 
-class _Builder:
-    """Builds the content of a text from the parser's events; ValueError beyond a limit."""
-
-    def __init__(self, text: str, plain: Callable[[str], Any]) -> None:
-        self._events: Iterator[Any] = iter(yaml.parse(text, Loader=_PARSER))
-        self._plain, self._count = plain, 0
-
-    def content(self) -> Any:
-        """The content of the only document; None where there is none."""
-        next(self._events)  # the stream begins
-        if isinstance(next(self._events), yaml.StreamEndEvent):
-            return None
-        found = self._node(next(self._events), 0)
-        next(self._events)  # the document ends
-        if not isinstance(next(self._events), yaml.StreamEndEvent):
-            raise ValueError("a second document")
-        return found
-
-    def _node(self, event: Any, depth: int) -> Any:
-        """What begins with an event, within so many lists and mappings."""
-        self._check(event)
-        if isinstance(event, yaml.ScalarEvent):
-            return self._scalar(event)
-        is_list = isinstance(event, yaml.SequenceStartEvent)
-        if event.tag not in (None, "!", _CORE + ("seq" if is_list else "map")):
-            raise ValueError(f"the tag {event.tag}")
-        if depth >= limits.YAML_DEPTH:
-            raise ValueError(f"more than {limits.YAML_DEPTH} levels")
-        below = takewhile(_is_no_end, self._events)
-        if is_list:
-            return [self._node(one, depth + 1) for one in below]
-        found: dict[str, Any] = {}
-        for one in below:
-            key = self._key(one)
-            if key in found:
-                raise ValueError(f"the key {key!r} is given twice")
-            found[key] = self._node(next(self._events), depth + 1)
-        return found
-
-    def _check(self, event: Any) -> None:
-        self._count += 1
-        if self._count > limits.YAML_NODES:
+def _events(text: str) -> Iterator[Any]:
+    """The parser's events; ValueError for what no text here may have."""
+    count = 0
+    for event in yaml.parse(text, Loader=_PARSER):
+        count += isinstance(event, yaml.NodeEvent)
+        if count > limits.YAML_NODES:
             raise ValueError(f"more than {limits.YAML_NODES} values")
-        if event.anchor is not None:
+        if getattr(event, "anchor", None) is not None:
             raise ValueError("an anchor (&name) or an alias (*name): write the value itself")
+        if (tag := getattr(event, "tag", None)) not in (None, _TEXT):
+            raise ValueError(f"the tag {tag}")
+        yield event
 
-    def _scalar(self, event: Any) -> Any:
-        as_text = _is_quoted(event) or event.tag == _TEXT
-        value = event.value if as_text else self._plain(event.value)
-        if event.style in ("|", ">") and value != event.value:
-            raise ValueError("a number, true or false as a block of text")
-        return value
 
-    def _key(self, event: Any) -> str:
-        self._check(event)
-        if not isinstance(event, yaml.ScalarEvent):
+def _node(event: Any, events: Iterator[Any], plain: Callable[[str], Any], depth: int) -> Any:
+    """What begins with an event, within so many lists and mappings."""
+    if isinstance(event, yaml.ScalarEvent):
+        return _scalar(event, plain)
+    if depth >= limits.YAML_DEPTH:
+        raise ValueError(f"more than {limits.YAML_DEPTH} levels")
+    below = takewhile(lambda one: not isinstance(one, yaml.CollectionEndEvent), events)
+    if isinstance(event, yaml.SequenceStartEvent):
+        return [_node(one, events, plain, depth + 1) for one in below]
+    found: dict[str, Any] = {}
+    for one in below:
+        if not isinstance(one, yaml.ScalarEvent):
             raise ValueError("a list or a mapping as a key")
-        key = str(event.value)
-        if not _is_quoted(event) and key in ("", "<<"):
-            raise ValueError("a merge (<<)" if key else "there is no key")
-        return key
+        if one.value in found or one.value in ("", "<<"):
+            raise ValueError(f"the key {one.value!r} is empty, a merge, or given twice")
+        found[one.value] = _node(next(events), events, plain, depth + 1)
+    return found
 
 
-def _is_no_end(event: yaml.Event) -> bool:
-    return not isinstance(event, yaml.CollectionEndEvent)
-
-
-def _is_quoted(event: Any) -> bool:
-    """Whether a scalar has quotes; ValueError for a tag that is not of texts."""
-    quoted = event.style in ("'", '"')
-    if event.tag not in ((None, "!", _TEXT) if quoted else (None, _TEXT)):
-        raise ValueError(f"the tag {event.tag}")
-    return quoted
+def _scalar(event: Any, plain: Callable[[str], Any]) -> Any:
+    is_text = event.style in ("'", '"') or event.tag is not None
+    value = event.value if is_text else plain(event.value)
+    if event.style in ("|", ">") and value != event.value:
+        raise ValueError("a number, true or false as a block of text")
+    return value

@@ -164,21 +164,30 @@ def reader_is_gone() -> bool:
 # a domain of one's own ----------------------------------------------------------------------------
 
 
+#: tests that share a machine hold TCP port 32768 + domain (the package domain_coordinator)
+_FIRST_RESERVATION = 32768
+
+
+def _bound(kind: socket.SocketKind, port: int) -> socket.socket | None:
+    """A socket on a port of this machine; None: the port is taken."""
+    found = socket.socket(socket.AF_INET, kind)
+    try:
+        found.bind(("", port))
+    except OSError:
+        found.close()
+        return None
+    return found
+
+
 def domain_is_free(domain: int) -> bool:
     """Return whether no DDS participant of this machine is in the ROS domain `domain`.
 
     The first participant of a domain holds UDP port 7400 + 250 * domain + 10 (RTPS, 9.6.1.1).
     """
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        try:
-            probe.bind(("", 7400 + 250 * domain + 10))
-        except OSError:
-            return False
-        return True
-
-
-#: tests that share a machine hold TCP port 32768 + domain (the package domain_coordinator)
-_FIRST_RESERVATION = 32768
+    probe = _bound(socket.SOCK_DGRAM, 7400 + 250 * domain + 10)
+    if probe is not None:
+        probe.close()
+    return probe is not None
 
 
 def reserved(domain: int) -> socket.socket | None:
@@ -186,13 +195,7 @@ def reserved(domain: int) -> socket.socket | None:
 
     A session of tests has its domain also while none of its nodes is there.
     """
-    reservation = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    try:
-        reservation.bind(("", _FIRST_RESERVATION + domain))
-    except OSError:
-        reservation.close()
-        return None
-    return reservation
+    return _bound(socket.SOCK_STREAM, _FIRST_RESERVATION + domain)
 
 
 def free_domain() -> tuple[int, socket.socket]:

@@ -125,18 +125,13 @@ class ValidatedParameters:
         warn_of_sim_time(self._node)
         return Parameter("use_sim_time", value=False)
 
-    def _is_fixed(self, name: str) -> bool:
-        """Whether a parameter of the table cannot be changed now."""
-        spec = TABLE[name]
-        return spec.read_only or (spec.while_unconfigured and self._is_configured())
-
     def _stays(self, change: Parameter) -> bool:
         node, name = self._node, change.name
         if not node.has_parameter(name):
             return False
-        if not (
-            node.describe_parameter(name).read_only or (name in TABLE and self._is_fixed(name))
-        ):
+        configured = self._is_configured()
+        is_fixed = name in TABLE and parameters.is_fixed(name, is_configured=configured)
+        if not (is_fixed or node.describe_parameter(name).read_only):
             return False
         present = node.get_parameter(name)
         return bool(present.type_ is change.type_ and present.value == change.value)
@@ -157,15 +152,12 @@ class ValidatedParameters:
                 raise InputError(change.name, None, allowed, "It cannot be deleted.")
             if change.name == "use_sim_time" and change.value is not False:
                 raise InputError("use_sim_time", change.value, "true or false")
-            if not (is_rclpy_parameter(change.name) and self._node.has_parameter(change.name)):
-                spec = parameters.spec_of(change.name)
-                spec.checked(change.value)
-                if self._is_fixed(change.name):
-                    hint = f"Give it at start: --ros-args -p {change.name}:=..."
-                    if spec.while_unconfigured:
-                        hint += ", or deactivate and clean the node up before."
-                    raise InputError(change.name, change.value, "no change while it runs", hint)
-        parameters.check_together({**self.values, **own_values(changes)})
+        own = {
+            change.name: change.value
+            for change in changes
+            if not (is_rclpy_parameter(change.name) and self._node.has_parameter(change.name))
+        }
+        parameters.checked_change(own, self.values, is_configured=self._is_configured())
 
     def _validate(self, changes: Sequence[Parameter]) -> SetParametersResult:
         return self.refusal(changes) or SetParametersResult(successful=True)

@@ -144,12 +144,6 @@ def schedule_programme(
     return tuple(accepted)
 
 
-def accept_impulse(request: ImpulseRequest, instant: Instant) -> tuple[int, float, float]:
-    """Validate and schedule an impulse: instant, axial impulse (N·s), angular impulse (N·m·s)."""
-    validate_impulse(request)
-    return schedule_impulse(request, instant)
-
-
 def validate_impulse(request: ImpulseRequest) -> None:
     """Validate all of an impulse that does not depend on when it arrives."""
     for kind, vector in (("force", request.force), ("torque", request.torque)):
@@ -163,7 +157,7 @@ def validate_impulse(request: ImpulseRequest) -> None:
 
 
 def schedule_impulse(request: ImpulseRequest, instant: Instant) -> tuple[int, float, float]:
-    """A validated impulse at the instant of its arrival, as `accept_impulse`."""
+    """A validated impulse: its instant, axial impulse (N·s), angular impulse (N·m·s)."""
     effect = instant.effect(request.stamp_ns, 0)
     _check_age(request.field, request.stamp_ns, instant)
     if effect > FAR_NS:

@@ -22,7 +22,6 @@ from bouncing_disk_ros.run.command_validation import (
     Instant,
     PointRequest,
     ProgrammeRequest,
-    accept_impulse,
     accept_programme,
 )
 from bouncing_disk_ros.run.input_records import Record
@@ -187,8 +186,7 @@ def simulate(
         apply_request(offsets, lambda: (session, arrival))
     for seconds, axial, angular in sorted(map(_impulse, pushes), key=itemgetter(0)):
         impulse = ImpulseRequest((0.0, 0.0, axial), (0.0, 0.0, angular), field="impulses")
-        _, axial, angular = accept_impulse(impulse, arrival)
-        session.apply_impulse(instant("impulses time", seconds), axial, angular)
+        _push(session, impulse, arrival._replace(now_ns=instant("impulses time", seconds)))
     start = session.simulation.sample().unwrapped_angle
     samples = _run(session, end, sample_rate)
     result = Result(join_rows(session.take_rows()), samples, records, whole)
@@ -224,6 +222,10 @@ def _impulse(given: object) -> tuple[float, float, float]:
         raise InputError("impulses", given, allowed)
     at, axial, angular = numbers
     return float(at), float(axial), float(angular)  # type: ignore[arg-type]
+
+
+def _push(session: Session, impulse: ImpulseRequest, at: Instant) -> None:
+    apply_request(impulse, lambda: (session, at))
 
 
 def _timed(i: int, given: object) -> tuple[object, Mapping[str, object]]:

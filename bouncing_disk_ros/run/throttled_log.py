@@ -64,10 +64,6 @@ class ThrottledLog:
         self._log(f"{reason.line()}{more}")
 
 
-# ------------------------------------------------------------------------------------------------
-# The log of refused inputs: at most one line a second for each reason, and a count of the rest.
-
-
 _INDEX = re.compile(r"\[\d+\]")
 
 

@@ -241,13 +241,8 @@ class LocalLink(RunLink):
         self.history.note(f"{action.service}: {said}")
 
     def _set(self, values: dict[str, Any]) -> None:
-        found = parameters.checked(values)
-        for name in found:
-            spec = parameters.TABLE[name]
-            fixed = spec.read_only or (spec.while_unconfigured and self._run is not None)
-            if fixed and found[name] != self._values[name]:
-                raise InputError(name, found[name], "no change while it runs")
-        parameters.check_together({**self._values, **found})
+        configured = self._run is not None
+        found = parameters.checked_change(values, self._values, is_configured=configured)
         self._values |= found
         if self._run is None:
             return

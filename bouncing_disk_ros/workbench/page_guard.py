@@ -23,6 +23,8 @@ from tornado.httpserver import HTTPServer
 from tornado.httputil import HTTPHeaders, HTTPServerRequest
 from tornado.web import OutputTransform, RequestHandler
 
+from bouncing_disk_ros.run.throttled_log import ThrottledLog
+
 COOKIE = "bouncing_disk_workbench"
 PATHS = ("/", "/ws", "/favicon.ico")
 STATIC = "/static/"
@@ -181,21 +183,13 @@ class PageSocket(WSHandler):
 class BoundedLog(logging.Handler):
     """Errors of Bokeh and Tornado, a line a second: what failed where, none of what was sent."""
 
-    PERIOD = 1.0
-
     def __init__(self) -> None:
         super().__init__(logging.ERROR)
-        self._last, self._more = -self.PERIOD, 0
+        self._log = ThrottledLog(partial(print, "workbench:", file=sys.stderr, flush=True))
 
     def emit(self, record: logging.LogRecord) -> None:
         """Write a line, or count it."""
-        now = time.monotonic()
-        if now - self._last < self.PERIOD:
-            self._more += 1
-            return
-        more, self._last, self._more = self._more, now, 0
-        print(f"workbench: {_what(record)}" + (f" ({more} more)" if more else ""), file=sys.stderr,
-              flush=True)  # fmt: skip
+        self._log.note("error", partial(_what, record))
 
     def install(self) -> None:
         """Take the place of all that these two libraries log to."""

@@ -53,10 +53,14 @@ LINES = cases("""
 """)
 """Command lines that rcl takes."""
 WRONG_LINES = cases("""
--p a | -p | -p :=1 | -p a=1 | -p a:= | -p a-b:=1 | -p 1a:=1 | -p /**:a:=1 | -r __ns:=x
--r __ns:=/a/ | -r __node:=1x | -r __node:=x/y | -r __node:=a__b | -r a | --log-level loud
---log-level :=info | foo | --foo | -pa:=1 | --params-file /no/such/file.yaml | -p use_sim_time:=1
+-p a | -p | -p :=1 | -p a=1 | -p a:= | -p a-b:=1 | -p 1a:=1 | -p /**:a:=1
+-r __ns:=x | -r __ns:=/a/ | -r __node:=1x | -r __node:=x/y
+foo | --foo | -pa:=1 | --params-file /no/such/file.yaml | -p use_sim_time:=1
 """)
+WRONG_FOR_ROS_ALONE = cases("""
+-r a | --log-level loud | --log-level :=info
+""")
+"""Names and levels that rcl refuses; without ROS they mean nothing."""
 FILES = [
     "/**:\n  ros__parameters:\n    a: 1\n    b: {c: [1, 2], d: {e: on}}\n    f: 1e-3\n",
     "study:\n  ros__parameters: {a: 1}\n/**:\n  ros__parameters: {a: 2}\n",
@@ -67,7 +71,7 @@ FILES = [
     "/ns/**:\n  ros__parameters: {a: 1}\n", "/**:\n  ros__parameters:\n    'x y': 1\n    on: 2\n",
 ]  # fmt: skip
 WRONG_FILES = ["a: [1\n", "- 1\n", "/**: 1\n", "/**:\n  a: 1\n", "ros__parameters:\n  a: 1\n",
-               "/**:\n  ros__parameters: 3\n", "1bad:\n  ros__parameters: {a: 1}\n",
+               "/**:\n  ros__parameters: 3\n",
                "/**:\n  ros__parameters:\n    a:\n", "/**:\n  ros__parameters:\n    [a, b]: 1\n",
                "/**:\n  ros__parameters:\n    a: &x 1\n    b: *x\n"]  # fmt: skip
 FILES_OF_ROS_ALONE = [
@@ -145,6 +149,12 @@ def test_a_parameter_of_two_types_is_refused() -> None:
 def test_a_command_line_means_what_it_means_to_ros(ros_domain: int, line: str) -> None:
     assert to_us(line.split()) == to_ros(line.split())
     assert (to_us(line.split()) == REFUSED) == (line in WRONG_LINES)
+
+
+@pytest.mark.parametrize("line", WRONG_FOR_ROS_ALONE)
+@pytest.mark.filterwarnings("ignore:Failed to fini:RuntimeWarning")
+def test_ros_checks_what_means_nothing_without_it(ros_domain: int, line: str) -> None:
+    assert to_ros(line.split()) == REFUSED != to_us(line.split())
 
 
 @pytest.mark.parametrize("text", [*FILES, *WRONG_FILES, *FILES_OF_ROS_ALONE])

@@ -1,21 +1,18 @@
-"""The topics that command a simulator's node: commands, and answers at the gates of a lockstep."""
+"""The topics that command a simulator's node."""
 
 from __future__ import annotations
 
-from array import array
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Any, Protocol
+from typing import Protocol
 
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from std_msgs.msg import UInt64MultiArray
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import INPUTS_AHEAD
-from bouncing_disk_ros.ros.numbered_subscription import NumberedSubscription, WithInfo
-from bouncing_disk_ros.ros.qos import publisher_of, subscription_to
+from bouncing_disk_ros.ros.numbered_subscription import NumberedSubscription
 from bouncing_disk_ros.ros.serialized import (
     impulse_from_bytes,
     programme_from_bytes,
@@ -26,7 +23,7 @@ from bouncing_disk_ros.run.apply_request import Request, apply_request
 from bouncing_disk_ros.run.command_validation import Instant
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.work_turns import PERIOD_NS, WorkTurns
-from bouncing_disk_ros.topics import LOCKSTEP_TOPICS, MOTION_NAMES, TOPICS, Topic
+from bouncing_disk_ros.topics import MOTION_NAMES, TOPICS, Topic
 from bouncing_disk_ros.units import NS
 
 
@@ -152,33 +149,3 @@ class Commands:
         """Messages lost on the way, and the topics of which there may be more."""
         uncertain = [one.topic for one in self.subscriptions.values() if one.lost.why_not]
         return sum(one.lost.lost for one in self.subscriptions.values()), uncertain
-
-
-# ------------------------------------------------------------------------------------------------
-# The topics of a lockstep: ~/gate says that simulated time stands, ~/proceed that it may go on.
-
-
-class GateTopics:
-    """The topics of a lockstep; `on_answer` is given an answer and its number on ~/proceed."""
-
-    def __init__(self, node: Node, on_answer: Callable[[Iterable[int], int], object]) -> None:
-        gate, proceed = LOCKSTEP_TOPICS["~/gate"], LOCKSTEP_TOPICS["~/proceed"]
-        self._node, self._on_answer = node, on_answer
-        self._publisher = publisher_of(node, gate)
-        self._subscription = subscription_to(node, proceed, WithInfo(self._on_proceed))
-
-    def destroy(self) -> None:
-        """Take the topics away."""
-        self._node.destroy_publisher(self._publisher)
-        self._node.destroy_subscription(self._subscription)
-
-    def publishers(self) -> int:
-        """How many publishers ~/proceed has."""
-        return self._node.count_publishers(self._subscription.topic_name)
-
-    def announce(self, number: int, time_ns: int, rows: int) -> None:
-        """Publish the number of a gate, its simulated time and rows."""
-        self._publisher.publish(UInt64MultiArray(data=array("Q", (number, time_ns, rows))))
-
-    def _on_proceed(self, msg: UInt64MultiArray, info: Mapping[str, Any]) -> None:
-        self._on_answer(msg.data, info["publication_sequence_number"])

@@ -16,7 +16,8 @@ from std_srvs.srv import SetBool, Trigger
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.clocks import TickTimer
-from bouncing_disk_ros.nodes.simulator.commands import Commands, GateTopics
+from bouncing_disk_ros.nodes.simulator.commands import Commands
+from bouncing_disk_ros.nodes.simulator.gate_topics import GateTopics
 from bouncing_disk_ros.nodes.simulator.outputs import Diagnostics, Outputs, second_clock
 from bouncing_disk_ros.nodes.simulator.standard_services import StandardServices, installed_types
 from bouncing_disk_ros.parameters import Value, items_of

@@ -16,8 +16,8 @@ from bouncing_disk_ros.run.command_validation import (
     Instant,
     PointRequest,
     ProgrammeRequest,
-    accept_impulse,
     accept_programme,
+    schedule_impulse,
 )
 from bouncing_disk_ros.run.time_map import TimeMap
 from bouncing_disk_ros.units import NS
@@ -139,10 +139,10 @@ def impulse(
 
 
 def test_a_kick_acts_now_or_at_its_stamp() -> None:
-    assert accept_impulse(impulse(0.0, 0.0, 0.5, torque=(0.0, 0.0, -0.25)), instant()) == (
+    assert schedule_impulse(impulse(0.0, 0.0, 0.5, torque=(0.0, 0.0, -0.25)), instant()) == (
         NOW,
         0.5,
         -0.25,
     )
-    assert accept_impulse(impulse(0.0, 0.0, 0.5, stamp=at(30)), instant()) == (30 * NS, 0.5, 0.0)
-    assert accept_impulse(impulse(0.0, 0.0, 0.5, stamp=at(19.95)), instant()) == (NOW, 0.5, 0.0)
+    assert schedule_impulse(impulse(0.0, 0.0, 0.5, stamp=at(30)), instant()) == (30 * NS, 0.5, 0.0)
+    assert schedule_impulse(impulse(0.0, 0.0, 0.5, stamp=at(19.95)), instant()) == (NOW, 0.5, 0.0)
