@@ -6,6 +6,7 @@ each, and trusts what lz4 data say of their own size.
 
 from __future__ import annotations
 
+import functools
 import zlib
 from array import array
 from collections import Counter
@@ -141,12 +142,13 @@ class Inner:
         self._definitions: list[tuple[int, int, int]] = []
         begins, lengths = array("I"), array("I")
         position, end = 0, len(data)
-        while position + HEAD.size <= end:
-            opcode, length = HEAD.unpack_from(data, position)
-            whole = HEAD.size + length
+        unpack, size, message = HEAD.unpack_from, HEAD.size, int(Opcode.MESSAGE)
+        while position + size <= end:
+            opcode, length = unpack(data, position)
+            whole = size + length
             if position + whole > end:
                 break
-            if opcode == Opcode.MESSAGE:
+            if opcode == message:
                 begins.append(position)
                 lengths.append(whole)
             elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
@@ -185,13 +187,13 @@ class Inner:
         """The time of reception of each message, ns."""
         return self._heads["log_time"]
 
-    @property
+    @functools.cached_property
     def counts(self) -> Counter[int]:
         """Messages of each channel."""
         numbers, counts = np.unique(self.channels, return_counts=True)
         return Counter(dict(zip(numbers.tolist(), counts.tolist(), strict=True)))
 
-    @property
+    @functools.cached_property
     def span(self) -> tuple[int, int]:
         """First and last time of reception in ns; 0 and 0 without messages."""
         times = self.times

@@ -11,7 +11,7 @@ Everything read is checked by its checksum; damage raises `BagError`.
 from __future__ import annotations
 
 import heapq
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,6 +21,7 @@ from mcap.records import Channel, ChunkIndex, Schema
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import limits
+from bouncing_disk_ros.bag.index import Index
 from bouncing_disk_ros.bag.messages import Decode, Form, check_installed, decoder
 from bouncing_disk_ros.bag.metadata import (
     FORMAT_KEY,
@@ -79,14 +80,14 @@ class Topic:
             self.form = self.form._replace(fault="it has messages of two forms")
 
 
-def topics_of(sources: Iterable[Source]) -> dict[str, Topic]:
-    """The topics of some files by name, with the messages of all of them."""
+def topics_of(files: Iterable[tuple[Index, Mapping[int, Channel]]]) -> dict[str, Topic]:
+    """The topics of some channels of some files by name, with the messages of all of them."""
     topics: dict[str, Topic] = {}
     left = limits.QOS_ALL
-    for source in sources:
-        schemas, counts = source.index.schemas, source.index.counts
+    for index, channels in files:
+        schemas, counts = index.schemas, index.counts
         forms: dict[tuple[int, str], Form] = {}  # each definition is looked at once
-        for number, channel in source.channels.items():
+        for number, channel in channels.items():
             key = channel.schema_id, channel.message_encoding
             if key not in forms:
                 forms[key] = _form(channel, schemas.get(channel.schema_id))
@@ -179,7 +180,7 @@ class Bag:
         for source in self._sources[1:]:
             source.channels = without_repeats(source.channels)
         self.remarks += [remark for source in self._sources for remark in source.remarks]
-        self.topics = topics_of(self._sources)
+        self.topics = topics_of((one.index, one.channels) for one in self._sources)
         self.notes = self._notes()
         version = self.notes.get(FORMAT_KEY, "0")
         if not version.isdecimal() or len(version) > 9 or int(version) > FORMAT_VERSION:

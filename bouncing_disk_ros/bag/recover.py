@@ -17,7 +17,6 @@ from mcap.opcode import Opcode
 from mcap.records import AttachmentIndex, Channel, Chunk, Schema
 from mcap.records import Metadata as MetadataRecord
 
-from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import metadata
 from bouncing_disk_ros.bag.chunk_reader import Inner
 from bouncing_disk_ros.bag.index import Index
@@ -30,9 +29,9 @@ from bouncing_disk_ros.bag.metadata import (
     TopicRow,
     checked,
     files_of,
-    qos_from_text,
     signed,
 )
+from bouncing_disk_ros.bag.reader import topics_of
 from bouncing_disk_ros.bag.records import Watch, nothing, without_repeats
 from bouncing_disk_ros.bag.source import index_of
 from bouncing_disk_ros.bag.walk import Damage, Piece, Walk, record_name
@@ -143,10 +142,9 @@ def _noted(custom: Mapping[str, str]) -> dict[str, str]:
 
 
 def _metadata(files: list[_File], notes: dict[str, str]) -> Metadata:
-    topics: dict[str, TopicRow] = {}
-    for file in files:
-        topics = file.topics | topics
-    return metadata.summed([file.row for file in files], topics.values(), notes)
+    topics = topics_of((file.index, file.channels) for file in files).values()
+    rows = [TopicRow(row.name, row.type, row.qos, row.type_hash) for row in topics]
+    return metadata.summed([file.row for file in files], rows, notes)
 
 
 class _File:
@@ -162,7 +160,7 @@ class _File:
         self._lost: list[Damage] = []
         self._left: dict[int, str] = {}  # attachments and notes that have not come yet
         self._new = McapFile(target, "bouncing_disk_ros bag_recover")
-        self._index = self._new.index
+        self.index = self._new.index
         try:
             with RegularFile("bag", path) as file:
                 self._copy(file, watch)
@@ -176,7 +174,7 @@ class _File:
         known = index_of(file)
         if isinstance(known, Index):  # its definitions have a checksum
             self._known = known
-            self._index.schemas, self._index.channels = dict(known.schemas), dict(known.channels)
+            self.index.schemas, self.index.channels = dict(known.schemas), dict(known.channels)
             for opcode, rows in (
                 (Opcode.ATTACHMENT, known.attachments),
                 (Opcode.METADATA, known.metadata),
@@ -210,11 +208,11 @@ class _File:
     def _take_messages(self, piece: Piece, inner: Inner) -> None:
         """Copy a chunk, and write the index of its messages anew."""
         try:
-            self._index.define_all(inner)
+            self.index.define_all(inner)
         except BagError as error:
             self._lose(piece, str(error), counts=inner.counts)
             return
-        unknown = {c: n for c, n in inner.counts.items() if c not in self._index.channels}
+        unknown = {c: n for c, n in inner.counts.items() if c not in self.index.channels}
         if unknown:
             reason = "the definition of its topics is lost"
             self._lose(piece, reason, counts=Counter(unknown))
@@ -228,39 +226,25 @@ class _File:
 
     # --- telling ----------------------------------------------------------------------------------
     @property
-    def _counted(self) -> dict[int, Channel]:
-        channels = self._index.channels
+    def channels(self) -> dict[int, Channel]:
+        """The channels whose messages count."""
+        channels = self.index.channels
         return channels if self._is_first else without_repeats(channels)
 
     def _only_counted(self, counts: Counter[int]) -> Counter[int]:
-        repeats = self._index.channels.keys() - self._counted.keys()
+        repeats = self.index.channels.keys() - self.channels.keys()
         return Counter({number: n for number, n in counts.items() if number not in repeats})
-
-    @property
-    def topics(self) -> dict[str, TopicRow]:
-        """The topics of the file by name."""
-        rows: dict[str, TopicRow] = {}
-        left = limits.QOS_ALL
-        for channel in self._counted.values():
-            schema = self._index.schemas.get(channel.schema_id)
-            text = channel.metadata.get("offered_qos_profiles", "")
-            left -= len(text)
-            qos = qos_from_text(text) if left > 0 else []
-            type_hash = channel.metadata.get("topic_type_hash", "")
-            row = TopicRow(channel.topic, schema.name if schema else "", qos, type_hash)
-            rows.setdefault(channel.topic, row)
-        return rows
 
     @property
     def row(self) -> tuple[FileRow, Counter[str]]:
         """The file as metadata.yaml names it, and the messages saved of each topic."""
-        return self._index.file_row(self._new.path.name, self._counted)
+        return self.index.file_row(self._new.path.name, self.channels)
 
     def _report_file(self) -> None:
-        report, saved = self._report, self._only_counted(self._index.counts)
+        report, saved = self._report, self._only_counted(self.index.counts)
         report.saved += saved.total()
         for damage in self._lost:
-            report.add(damage.text(self._name, self._index.channels))
+            report.add(damage.text(self._name, self.index.channels))
         lost = self._left | {one.offset: one.record for one in self._lost if one.record}
         names = dict.fromkeys(lost[at] for at in sorted(lost))
         if self.notes:  # they stand in the file twice

@@ -4,7 +4,8 @@
         writer.add_topic("/disk/impacts", "sensor_msgs/msg/PointCloud2")
         writer.write("/disk/impacts", cdr, log_time_ns=..., publish_time_ns=..., sequence=...)
 
-One thread at a time; `recording.Recording` puts a queue before it.
+`Writer` writes the folder, `McapFile` one file in it with its chunks (`McapFile.close_chunk`). One
+thread at a time; `recording.Recording` puts a queue before it.
 """
 
 from __future__ import annotations

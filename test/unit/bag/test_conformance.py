@@ -7,12 +7,13 @@ import struct
 import zlib
 from contextlib import suppress
 from pathlib import Path
+from time import process_time
 
 import pytest
 import zstandard
 from mcap.opcode import Opcode
 
-from bouncing_disk_ros import bag
+from bouncing_disk_ros import bag, limits
 from bouncing_disk_ros.bag.messages import Form, decoder
 from bouncing_disk_ros.bag.source import Source
 from support.conformance import DATA, made, messages_of, variants
@@ -112,6 +113,22 @@ def test_a_type_may_be_named_in_two_parts(tmp_path: Path) -> None:
 def test_a_byte_is_0_to_255() -> None:
     form = Form("diagnostic_msgs/msg/B", "byte level\n", "ros2msg", "cdr")
     assert decoder(form)(b"\0\1\0\0\xfe").level == 254
+
+
+def test_what_a_sequence_claims_beyond_its_message_is_not_counted(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Ten thousand values of eight thousand numbers each, in a message of 20 kB."""
+    monkeypatch.setattr(limits, "OBJECTS", 10_000)
+    numbers = "".join(f"uint8 a{n}\n" for n in range(2000))
+    wide = "".join(f"B b{n}\n" for n in range(4))
+    line = "=" * 80
+    text = f"A[] a\n{line}\nMSG: a/A\n{wide}{line}\nMSG: a/B\n{numbers}"
+    read = decoder(Form("a/msg/Wide", text, "ros2msg", "cdr"))
+    began = process_time()
+    with pytest.raises(bag.BagError, match="cannot be decoded"):
+        read(b"\0\1\0\0" + struct.pack("<I", 10_000) + bytes(20_000))
+    assert process_time() - began < 10.0
 
 
 def padded_chunks() -> list[bytes]:

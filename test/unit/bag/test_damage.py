@@ -162,6 +162,15 @@ def test_an_index_that_counts_other_records_than_it_names_is_not_taken(
         assert list(run.messages()) == expected
 
 
+def test_an_index_without_a_checksum_is_not_taken(tmp_path: Path) -> None:
+    short = content(messages=messages_of_a_run()[:12], per_chunk=5)
+    with bag.open(put(tmp_path / "whole", forged({}, short))) as run:
+        expected = list(run.messages())
+    with bag.open(put(tmp_path / "run", forged({"footer.crc": 0}, short))) as run:
+        assert "its index has no checksum; read from beginning to end" in "".join(run.remarks)
+        assert list(run.messages()) == expected
+
+
 def test_a_chunk_beyond_the_limit_is_not_unpacked(tmp_path: Path) -> None:
     short = content(messages=messages_of_a_run()[:12], compression="zstd", summary=False)
     large = put(tmp_path / "run", forged({"chunk.size": limits.CHUNK + 1}, short))
