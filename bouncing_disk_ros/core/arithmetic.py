@@ -80,20 +80,32 @@ class InnerCompiler(Compiler):
         found: list[Any] = super().define_pipelines()
         return found
 
+    def compile_extra(self, function: Any) -> Any:
+        """Compile a function; TypeError for one that returns an array and does not count it."""
+        found = super().compile_extra(function)
+        if not self.state.flags.nrt and _holds_array(found.signature.return_type):
+            raise TypeError(f"{function.__name__} returns an array: declare it as rare_kernel")
+        return found
+
+
+def _holds_array(kind: types.Type) -> bool:
+    """Whether a type is that of an array, or of a tuple with one in it."""
+    if isinstance(kind, types.BaseTuple):
+        return any(_holds_array(one) for one in kind)
+    return isinstance(kind, types.Array)
+
 
 def kernel(function: Kernel) -> Kernel:
-    """Compile an inner function of the core, inlined; entry points are compiled with `entry`."""
-    return _inner(function, inlined=True)
+    """Compile an inner function of the core, inlined; entry points are compiled with `entry`.
+
+    It makes and returns no array, and does not count who holds those that it is given.
+    """
+    return _inner(function, inlined=True, _nrt=False)
 
 
 def rare_kernel(function: Kernel) -> Kernel:
     """Compile an inner function that runs seldom: called, not inlined, for a short compilation."""
     return _inner(function, inlined=False)  # not None: numba would do as with the first caller
-
-
-def uncounted_kernel(function: Kernel) -> Kernel:
-    """`rare_kernel` that allocates nothing and does not count who holds its arrays: callers do."""
-    return _inner(function, inlined=False, _nrt=False)
 
 
 def _inner(function: Kernel, *, inlined: bool, **options: bool) -> Kernel:

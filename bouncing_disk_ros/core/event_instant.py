@@ -86,7 +86,7 @@ def _see_platform_at_its_phase(state: Record, motion: Record, launch: Launch, d:
         state.event_value = w
 
 
-@rare_kernel
+@kernel
 def store_event(
     state: Record,
     motion: Record,

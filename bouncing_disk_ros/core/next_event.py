@@ -81,7 +81,7 @@ def _chatter(
     return NextEvent(CHATTER_ENDS, t, sign, 0)
 
 
-@rare_kernel
+@kernel
 def after_flight(
     state: Record, motion: Record, disk: Record, since: float, horizon: float
 ) -> NextEvent:
@@ -341,7 +341,7 @@ def after_contact(
 _STEPS_PER_EVENT = 16  # so many steps of a search cost as much as one event
 
 
-@rare_kernel
+@kernel
 def find_next(state: Record, motion: Record, disk: Record, boundary_ns: int) -> int:
     """Store the next event up to boundary_ns (an input or an end of a cross-fade) in the state.
 

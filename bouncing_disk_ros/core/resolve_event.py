@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel, uncounted_kernel
+from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel
 from bouncing_disk_ros.core.brake import STOPPED_TAIL, chatter_drag, sign_of, stopped_tail
 from bouncing_disk_ros.core.chatter import (
     chatter_rotation,
@@ -234,7 +234,7 @@ def _enter_once(state: Record) -> None:
     state.rows_entered |= row
 
 
-@uncounted_kernel
+@kernel
 def resolve(
     state: Record, motion: Record, disk: Record, ledger: Ledger, rows: Rows, n: int, open_row: Rows
 ) -> int:

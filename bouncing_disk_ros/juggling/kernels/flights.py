@@ -78,19 +78,19 @@ def _collide(
         end, waited = chatter_end(motion, disk, jet, u)
         if end == BOUNCES or t + waited > ends:
             return IMPACT, t, w
-    _leave(forcing, plan, state, RESTS, t + waited)
+    _put_on_platform(forcing, plan, state, RESTS, t + waited)
     return RESTED, t + waited, w
 
 
 @rare_kernel
-def _leave(forcing: float, plan: Array, state: Array, kind: float, t: float) -> None:
-    """Put a disk at an instant on the platform, with its velocity."""
+def _put_on_platform(forcing: float, plan: Array, state: Array, kind: float, t: float) -> None:
+    """Change a state to that of a disk on the platform at an instant, with its velocity."""
     jet = platform_state(forcing, plan, t)
     state[:] = (kind, t, jet[0], jet[1])
 
 
 @kernel
-def _ahead(
+def _next_delay(
     motion: SteadyMotion, disk: MapDisk, launch: Launch, jet: Jet, tau: float, flies: bool,
     horizon: float,
 ) -> tuple[float, float]:  # fmt: skip
@@ -128,11 +128,11 @@ def next_event(
         jet = axial_jet(motion, sine, cosine, 0.0)
         launch = Launch(0.0, sine, cosine, GRAVITY, gap, u)
         horizon = min(ends, until) - t
-        d, w = _ahead(motion, disk, launch, jet, wrapped(apart(t, 0.0)), flies, horizon)
+        d, w = _next_delay(motion, disk, launch, jet, wrapped(apart(t, 0.0)), flies, horizon)
         if d <= horizon and flies:
             return _collide(forcing, disk, plan, state, t + d, w)
         if d <= horizon:
-            _leave(forcing, plan, state, FLIES, t + d)
+            _put_on_platform(forcing, plan, state, FLIES, t + d)
             return LAUNCHED, t + d, 0.0
         if not ends < until:
             return NOTHING, until, 0.0

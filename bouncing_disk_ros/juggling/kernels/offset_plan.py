@@ -89,10 +89,7 @@ def offset_state(plan: Array, t: float) -> Triple:
 
 
 @rare_kernel
-def write_piece(
-    row: Array, begin: float, end: float, s: Triple,
-    e: Triple,
-) -> None:  # fmt: skip
+def write_piece(row: Array, begin: float, end: float, s: Triple, e: Triple) -> None:
     """Enter the quintic from state s at `begin` to state e at `end`."""
     t = end - begin
     row[BEGIN], row[DURATION] = begin, t

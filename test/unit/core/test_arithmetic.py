@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from typing import Any
 
 import mpmath
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numba import types
 
 from bouncing_disk_ros.core import arithmetic as arithmetic_kernels
 from support.kernels import Kernels
@@ -46,3 +49,12 @@ def test_two_sum_and_two_product_lose_nothing(a: float, b: float) -> None:
 def test_arccosine_inverts_the_cosine(c: float) -> None:
     """To two ulp of π/2, also where the cosine hardly changes."""
     assert float(abs(arithmetic.arccosine(c) - mpmath.acos(c))) <= 2.0**-51
+
+
+def test_an_inlined_kernel_that_returns_an_array_is_refused() -> None:
+    """It does not count who holds the array: memory in use would be freed."""
+    returns_pair: Any = arithmetic_kernels.kernel(lambda table: (1.0, table))
+    with pytest.raises(TypeError, match="declare it as rare_kernel"):
+        returns_pair.compile((types.float64[::1],))
+    returns_number: Any = arithmetic_kernels.kernel(lambda table: table[0])
+    returns_number.compile((types.float64[::1],))
