@@ -362,10 +362,12 @@ class _Known:
         rejected = np.delete(recording.times, chain.kept)
         draws = draws_of(profiles)
         parameters = self._parameters(profiles, draws)
-        _check(recording.name, parameters["restitution"])
+        other = self._other_frequency(recording, errors, profiles)
+        better = f"the times fit {other:.5g} Hz better" if other > 0.0 else ""
+        _check(recording.name, parameters["restitution"], better)
         is_told = profiles.degrees > 0 or profiles.data.is_absolute
         if is_told:
-            _check_scatter(recording.name, profiles, parameters)
+            _check_scatter(recording.name, profiles, parameters, better)
         else:
             parameters = {name: Interval(one.value, 0.0, 1.0 if name == "restitution" else math.inf)
                           for name, one in parameters.items()}  # fmt: skip
@@ -382,8 +384,7 @@ class _Known:
             recording.name, self.frequency / math.tau, self.gravity, parameters, times,
             np.where(missed, np.nan, data.times[hits] - times), missed, rejected,
             flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0], contacts, probability,
-            part_possible(profiles, draws), self._other_frequency(recording, errors, profiles),
-            math.exp(-max(evidence, 0.0)),
+            part_possible(profiles, draws), other, math.exp(-max(evidence, 0.0)),
             self._second(recording, errors, chain),
             _untold(parameters) if is_told else tuple(parameters), laws,
             predicted(profiles, draws) if is_told else NOTHING, profiles, recording.sound,
@@ -579,17 +580,20 @@ class _Known:
         return found
 
 
-def _check(name: str, restitution: Interval) -> None:
-    """FailedError where no restitution from 0 to 1 explains the times."""
+def _check(name: str, restitution: Interval, better: str) -> None:
+    """FailedError where no restitution from 0 to 1 explains the times; `better`: what does."""
     for beyond, why in (
         (restitution.low >= 1.0, "above 1: does the platform vibrate? then give its frequency"),
         (restitution.high <= 0.0, "below 0: are frequency and phase reference right?"),
     ):
         if beyond:
-            raise FailedError(f"{name}: no model fits, the restitution would be {why}")
+            text = f"{why.partition(':')[0]}: {better}" if better else why
+            raise FailedError(f"{name}: no model fits, the restitution would be {text}")
 
 
-def _check_scatter(name: str, profiles: Profiles, parameters: dict[str, Interval]) -> None:
+def _check_scatter(
+    name: str, profiles: Profiles, parameters: dict[str, Interval], better: str
+) -> None:
     """FailedError where the scatter is larger than that of any restitutions from 0 to 1.
 
     With the mean ε their variance is at most ε(1 - ε) (Bhatia and Davis, "A better bound on the
@@ -602,7 +606,7 @@ def _check_scatter(name: str, profiles: Profiles, parameters: dict[str, Interval
     if least**2 > max(nearest * (1.0 - nearest), 0.0):
         why = "two drops in one file? does the platform vibrate?"
         if FREQUENCY in profiles.model.free or profiles.estimate[FREQUENCY] > 0.0:
-            why = "are frequency and phase reference right?"
+            why = better or "are frequency and phase reference right?"
         text = f"{name}: no model fits: restitutions from 0 to 1 cannot scatter by {least:.2g}"
         raise FailedError(f"{text}; {why}")
 
