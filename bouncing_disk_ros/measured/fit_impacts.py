@@ -16,7 +16,7 @@ from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.ros.startup import Start, figure_kinds, option_values, run_without_ros
 
 if TYPE_CHECKING:
-    from bouncing_disk_ros.measured.fit import ImpactFit
+    from bouncing_disk_ros.measured.result import ImpactFit
 
 NAME = "fit_impacts"
 _ABOUT = """Fit measured times of impacts: restitution, platform, scatter and errors with 95 %
