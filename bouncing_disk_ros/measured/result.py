@@ -51,7 +51,8 @@ class ImpactFit:
     impacts, or if the residuals are rounding of the times. `possible`: probability that no flight
     goes below the platform. `other_frequency`: a frequency that the times fit better than the
     one of the fit, Hz, or nan. `chance`: probability, at most, that hits of no law have flights as
-    likely as these. `second`: the fit of rejected hits, where they are flights of a second disk.
+    likely as these; nan with too few impacts. `second`: the fit of rejected hits, where they are
+    flights of a second disk.
     `untold`: parameters that these data do not tell. `laws`: at rest, laws of the restitution with
     their evidence, the constant one first. `prediction`: impacts to come, with a constant one.
     `sound`: where the hits were heard, or None.
