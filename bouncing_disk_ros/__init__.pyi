@@ -30,8 +30,8 @@ from .maps.periodic_orbit import fixed_point as fixed_point
 from .maps.periodic_orbit import periodic_orbit as periodic_orbit
 from .maps.tosses import TossSetting as TossSetting
 from .maps.tosses import toss as toss
-from .measured.fit import ImpactFit as ImpactFit
 from .measured.fit import fit_impacts as fit_impacts
+from .measured.result import ImpactFit as ImpactFit
 from .measured.sound import ImpactSound as ImpactSound
 from .measured.sound import impact_times as impact_times
 from .nodes.simulator.simulator_node import SimulatorNode as SimulatorNode

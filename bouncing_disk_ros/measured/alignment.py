@@ -20,8 +20,9 @@ FEWEST = 3
 """Hits whose median is a shape."""
 _ROUNDS = 2
 _NOTHING = 1e-300
+"""An energy that keeps a logarithm finite."""
 _LEAST = 1e-3
-"""Variance of a logarithm: 0.1 dB."""
+"""Variance of what hits differ in: 0.14 dB, rounding to 8 bits makes more."""
 
 
 def aligned(
@@ -55,6 +56,7 @@ def aligned(
             variance = _variance(noise / model, differ)
             squares = np.mean((own[i] - np.log(model)) ** 2 / variance, axis=1)
             sizes = np.mean(np.log(variance), axis=1)
+            # a hit that is unlike the others has larger errors
             misfit = max(float(squares[np.argmin(squares + sizes)]), 1.0)
             costs = 0.5 * free * len(places) * (squares + sizes) / misfit
             best = shifts[np.argmin(costs)]

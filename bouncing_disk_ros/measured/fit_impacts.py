@@ -15,7 +15,7 @@ from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.parameters import Spec
 
 if TYPE_CHECKING:
-    from bouncing_disk_ros.measured.fit import ImpactFit
+    from bouncing_disk_ros.measured.result import ImpactFit
 
 NAME = "fit_impacts"
 _ABOUT = """Fit measured times of impacts: restitution, platform, scatter and errors with 95 %

@@ -61,7 +61,7 @@ def probability_of(profiles: Profiles, speeds: Array) -> float:
 
 
 def evidence_of(profiles: Profiles, odd: int) -> float:
-    """Logarithm of how much likelier the flights of a chain are than hits of no law.
+    """Logarithm of how much likelier flights of a chain are than hits of no law; nan: not told.
 
     `odd`: hits that are left out, missed impacts and contacts, each with the cost that it has in
     the search for the chain. The likelihood is integrated over the parameters as by Schwarz
@@ -71,7 +71,7 @@ def evidence_of(profiles: Profiles, odd: int) -> float:
     """
     node, data, model = profiles.best, profiles.data, profiles.model
     if profiles.degrees < 1 and not data.is_absolute:
-        return 0.0
+        return math.nan
     scale = profiles.scale(node)
     told = (data.kinds != VOID) & ~data.missed[2:]
     measured = np.maximum.accumulate(np.where(data.missed, -np.inf, data.times))

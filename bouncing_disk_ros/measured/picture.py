@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from bouncing_disk_ros.measured.fit import ImpactFit
 from bouncing_disk_ros.measured.kernels.rest_laws import AMPLITUDE, FREQUENCY, PHASE
 from bouncing_disk_ros.measured.laws import Law, other_law
 from bouncing_disk_ros.measured.profiles import Array, Interval, interval_text
+from bouncing_disk_ros.measured.result import ImpactFit
 from bouncing_disk_ros.report.panel import Panel, SeriesStyle, Table, series
 
 UNITS = {
