@@ -87,10 +87,10 @@ def _run_without_ros(study: StudyDefinition, start: Start) -> int:
     study.refuse_not_taken(start.overrides)
     values = option_values(start.overrides, study.table)
     _load(study.name, start.stop)
-    return run_study(study, values, set(start.overrides), start.stop)
+    return run_command(study, values, set(start.overrides), start.stop)
 
 
-def run_study(
+def run_command(
     definition: StudyDefinition,
     values: Mapping[str, Value],
     given: Collection[str],
