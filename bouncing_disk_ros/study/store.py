@@ -131,15 +131,14 @@ def digests_of(path: Path) -> dict[str, str]:
     That of the group covers the names of its arrays, but no digest. Raises InputError, ValueError,
     TypeError, AttributeError or RecursionError where metadata cannot be read.
     """
-    found = {file.parent.name: file for file in path.glob(f"*/{_METADATA}")}
-    files = {name: file for name, file in found.items() if name not in (CONTEXT, _DRAFT)}
-    if len(files) > RESULT_ARRAYS:
+    found = {file.parent.name for file in path.glob(f"*/{_METADATA}")}
+    names = sorted(found - {CONTEXT, _DRAFT})
+    if len(names) > RESULT_ARRAYS:
         raise ValueError
-    files["."] = path / _METADATA
+    files = {".": path / _METADATA, **{name: path / name / _METADATA for name in names}}
     nodes = {
         name: json.loads(read_bytes("path", file, RESULT_METADATA)) for name, file in files.items()
     }
-    names = sorted(nodes.keys() - {"."})
     nodes["."]["attributes"] = {**nodes["."].get("attributes", {}), DIGESTS: names}
     texts = {name: json.dumps([name, node], sort_keys=True) for name, node in nodes.items()}
     return {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
