@@ -99,7 +99,8 @@ def contents(field: str, path: Path) -> Contents:
             if sound:
                 found.arrays.update(dict(group.arrays()) | context)
                 fits = all(_fits(array, sealed=found.sealed) for array in found.arrays.values())
-                why = "" if fits else "It has an array that no study stores"
+                if not fits or DONE not in found.arrays:
+                    why = "It lacks marks, or has an array that no study stores"
             else:
                 why = "Its metadata were damaged, changed, added or removed"
     except Exception:  # noqa: BLE001 (Zarr has errors of many kinds for what it cannot use)
@@ -317,6 +318,7 @@ class Store:
 
     def _made(self) -> zarr.Group:
         """A new store: made beside its place, so that a half-made one is never found."""
+        packed, about = _packed(self._study.context())  # first: it may take long, or be refused
         draft = self.path.with_name(f".{self.path.name}.draft")
         if draft.is_dir() and not draft.is_symlink():
             shutil.rmtree(draft)
@@ -337,7 +339,6 @@ class Store:
         for name, array in self._arrays().items():
             _create_array(group, name, *array)
         self._write_axes(group)
-        packed, about = _packed(study.context())
         if about:
             context = group.create_group(CONTEXT)
             context.create_array(
@@ -399,16 +400,17 @@ class Store:
     def context(self) -> Arrays:
         """What all regions need, as it is stored."""
         if CONTEXT not in self._group:
-            return self._study.context()  # none, or the store was begun by version 0.2
+            return self._study.context()  # none, or begun by an earlier version
         held = self._group[_HELD]
+        if held.nchunks_initialized < held.nchunks:  # it was damaged, and taken out
+            packed, about = _packed(self._study.context())
+            if about != held.attrs["arrays"]:
+                raise self._refusal("a whole result", "What all parts need is another here")
+            _writing(self._group, _HELD)[...] = packed
         try:
-            if not held.nchunks_initialized:  # it was damaged, and taken out
-                _writing(self._group, _HELD)[...] = _packed(self._study.context())[0]
             return _unpacked(np.asarray(held[...]), held.attrs["arrays"])
         except (KeyError, TypeError, ValueError):
-            hint = "Remove it, or choose another output."
-            allowed = "a result that a study has stored"
-            raise InputError("output", str(self.path), allowed, hint) from None
+            raise self._refusal("a whole result", "What all parts need is damaged") from None
 
 
 def _create_array(group: zarr.Group, name: str, field: Field, shape: Place, chunks: Place) -> None:
