@@ -51,7 +51,6 @@ from .resilience_studies.edge_states import saddle_of as saddle_of
 from .resilience_studies.fatal_changes import FatalRule as FatalRule
 from .resilience_studies.fatal_changes import fatal_impulses as fatal_impulses
 from .resilience_studies.fatal_changes import fatal_timing_errors as fatal_timing_errors
-from .resilience_studies.fatal_changes import instants_of as instants_of
 from .resilience_studies.manifold_growth import GrowthRule as GrowthRule
 from .resilience_studies.manifold_growth import Manifold as Manifold
 from .resilience_studies.manifold_growth import enclosed_share as enclosed_share
@@ -59,6 +58,7 @@ from .resilience_studies.manifold_growth import saddle_manifolds as saddle_manif
 from .resilience_studies.orbit_branch import orbit_curve as orbit_curve
 from .resilience_studies.orbit_curves import Curve as Curve
 from .resilience_studies.orbit_curves import Window as Window
+from .resilience_studies.orbit_instants import instants_of as instants_of
 from .ros.from_messages import impacts_from_msg as impacts_from_msg
 from .run.presets import load_preset as load_preset
 from .run.presets import preset_names as preset_names

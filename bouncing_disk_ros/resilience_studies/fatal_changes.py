@@ -1,4 +1,10 @@
-"""How safe an attractor of the next-collision map is: its instants, fatal changes, all measures.
+"""Fatal changes: the smallest impulse or error in time after which an orbit is not reached again.
+
+The starts that a change of growing size leads to are a line in the plane of starts. An orbit is
+reached again where its attractor is, within a number of periods (a chaotic one: unless another is
+reached). The sizes that are fatal are intervals: the line is looked at in steps of a part of the
+size, and the edge of the first interval found is halved to rounding (of a chaotic attractor to
+1e-6 of it). Intervals narrower than a step may be missed.
 
 Units of the next-collision map: time is phase (rad), lengths are in πg/ω², velocities in πg/ω.
 """
@@ -12,16 +18,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.impact_law import rebounded
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
+from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors
 from bouncing_disk_ros.maps.axial_flights import land_from_height
 from bouncing_disk_ros.maps.basin_labels import (
     LONGER,
     MOST,
     UNRESOLVED,
     Basins,
-    Labelled,
     LabelRule,
     chaotic_labels,
     impacts_needed,
@@ -29,116 +33,7 @@ from bouncing_disk_ros.maps.basin_labels import (
     label_starts,
 )
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
-
-Array = NDArray[np.float64]
-
-MOST_IMPACTS = 64
-"""Flights of a chaotic attractor that instants are taken from."""
-LIMITS = 16
-"""Impacts whose two limits are looked at, the first ones of a repetition."""
-
-
-class Instants(NamedTuple):
-    """States of an orbit; arrays (m,)."""
-
-    part: Array  # of the repetition that has passed, 0 to 1
-    forcing_phase: Array  # rad, in [0, 2π)
-    gap: Array  # ≥ 0; 0 at impacts and in contact
-    speed: Array  # of the disk relative to the platform; in contact 0
-
-    def joined(self, other: Instants) -> Instants:
-        """These and others behind them."""
-        return Instants(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
-
-
-def instants_of(attractor: Attractor, section: NextCollisionMap, count: int) -> Instants:
-    """Instants of an attractor, `count` of them, at the middles of equal parts of a repetition.
-
-    A chaotic attractor has MOST_IMPACTS of its flights for a repetition, rest has one period of the
-    platform. With contact, the repetition begins at separation, and the last impacts of a chatter,
-    which the map does not resolve, count as contact.
-
-    >>> section = NextCollisionMap(axial_forcing=0.45, restitution=0.5)
-    >>> known = find_attractors(section, [(0.7, -1.3)])
-    >>> instants_of(known.found[1], section, 32).gap
-    """
-    part = (np.arange(count) + 0.5) / count
-    if attractor.kind is AttractorKind.REST:
-        zero = np.zeros(count)
-        return Instants(part, math.tau * part, zero, zero)
-    begin, phase, speed, total = _segments(attractor, section)
-    time = total * part
-    own = np.searchsorted(begin, time, side="right") - 1
-    since = time - begin[own]
-    forcing, tau = section.axial_forcing, phase[own]
-    height = forcing * (np.sin(tau) - np.sin(tau + since) + since * np.cos(tau))
-    gap = height + speed[own] * since - since**2 / math.tau
-    rate = speed[own] - since / math.pi - forcing * (np.cos(tau + since) - np.cos(tau))
-    contact = np.isnan(speed[own])
-    gap, rate = np.where(contact, 0.0, np.maximum(gap, 0.0)), np.where(contact, 0.0, rate)
-    return Instants(part, (tau + since) % math.tau, gap, rate)
-
-
-def impact_limits(attractor: Attractor, section: NextCollisionMap) -> Instants:
-    """The states just before and just after each of the first LIMITS impacts of an attractor."""
-    phase = attractor.forcing_phases[:LIMITS]
-    w = attractor.velocities[:LIMITS]
-    none = np.full(2 * len(phase), math.nan)
-    speeds = np.concatenate((w, rebounded(w, section.restitution)))
-    return Instants(none, np.tile(phase, 2), np.zeros(2 * len(phase)), speeds)
-
-
-def _segments(attractor: Attractor, section: NextCollisionMap) -> tuple[Array, Array, Array, float]:
-    """Begin, phase and relative speed of each flight (nan: contact), and the whole time."""
-    phases = attractor.forcing_phases[:MOST_IMPACTS]
-    speeds = rebounded(attractor.velocities[:MOST_IMPACTS], section.restitution)
-    if attractor.kind is not AttractorKind.CHATTERING:
-        delays = _delays(phases, speeds, section)
-        begin = np.concatenate(([0.0], np.cumsum(delays)))
-        return begin[:-1], phases, speeds, float(begin[-1])
-    leave = math.asin(1.0 / (math.pi * section.axial_forcing))
-    first = _delays(np.array([leave]), np.array([0.0]), section)
-    delays = np.concatenate((first, _delays(phases[:-1], speeds[:-1], section)))
-    begin = np.concatenate(([0.0], np.cumsum(delays)))
-    # after the last impact that is resolved: the rest of the chatter and contact, to separation
-    rest = (leave - float(phases[-1])) % math.tau
-    launched = np.concatenate(([0.0], speeds[:-1], [math.nan]))
-    starts = np.concatenate(([leave], phases))
-    return begin, starts, launched, float(begin[-1]) + rest
-
-
-def _delays(phases: Array, speeds: Array, section: NextCollisionMap) -> Array:
-    """Times of the flights launched at these phases with these relative speeds."""
-    flights = np.stack((phases, np.zeros(len(phases)), speeds), axis=1)
-    out = np.empty((len(phases), 3))
-    at_rest = speeds == 0.0
-    if at_rest.any():  # from separation: the gap grows with the third power of time
-        flights[at_rest, 0] += _AWAY
-        flights[at_rest, 1], flights[at_rest, 2] = _after_separation(section, phases[at_rest])
-    land_from_height(np.ascontiguousarray(flights), float(section.axial_forcing), out)
-    return np.asarray(out[:, 2] + np.where(at_rest, _AWAY, 0.0))
-
-
-_AWAY = 1e-3
-
-
-def _after_separation(section: NextCollisionMap, phases: Array) -> tuple[Array, Array]:
-    """Gap and relative speed _AWAY after separation."""
-    forcing = section.axial_forcing
-    gap = forcing * (np.sin(phases) + _AWAY * np.cos(phases) - np.sin(phases + _AWAY))
-    speed = forcing * (np.cos(phases) - np.cos(phases + _AWAY)) - _AWAY / math.pi
-    return gap - _AWAY**2 / math.tau, speed
-
-
-# ------------------------------------------------------------------------------------------------
-# The smallest impulse, and the smallest error in time, after which an orbit is not reached again.
-#
-# The starts that a change of growing size leads to are a line in the plane of starts. An orbit is
-# reached again where its attractor is, within a number of periods (a chaotic one: unless another is
-# reached). The sizes that are fatal are intervals: the line is looked at in steps of a part of the
-# size, and the edge of the first interval found is halved to rounding (of a chaotic attractor to
-# 1e-6 of it). Intervals narrower than a step may be missed.
-
+from bouncing_disk_ros.resilience_studies.orbit_instants import Array, Instants
 
 Flights = Callable[[NDArray[np.intp], Array], Array]
 """Of indices (k,) and sizes (k,) of changes: the (phase, gap, relative speed) (k, 3) after them."""
@@ -348,72 +243,3 @@ def _scan(
         open_ = open_[~hit]
         begin += length
     return low, high, unknown
-
-
-# ------------------------------------------------------------------------------------------------
-# How safe each attractor of the next-collision map is: all its measures at one Γ and ε.
-
-
-class Resilience(NamedTuple):
-    """Measures of one attractor."""
-
-    share: float  # of the window
-    share_error: float  # standard error
-    share_without_contact: float  # of starts that reach it and do not come to contact before
-    share_in_time: Array  # (k,) of starts that are on it after so many periods; nan: chaotic
-    convergence_time: float  # time constant near it, periods; 0 with contact; nan: chaotic
-    median_time: float  # of starts of its basin, until it is clear that they are on it, periods
-    slow_time: float  # 95 % of them are faster
-    impulses: Array  # (2, m) fatal impulse at each instant, upwards and downwards, m·πg/ω
-    least_impulses: Array  # (2,) least over all instants and both limits at impacts
-    timing_errors: Array  # (2,) least fatal timing error, late and early, rad
-
-
-def measure(
-    section: NextCollisionMap, window: Labelled, label: int, instants: int,
-    after: Array, rule: FatalRule,
-) -> Resilience:  # fmt: skip
-    """All measures of one attractor; `after` (k,): numbers of periods of the shares in time."""
-    known = window.known
-    attractor = known.found[label]
-    own = window.ends() == label
-    n = own.size
-    grid = own.reshape(window.side, window.side)
-    cut = np.zeros(grid.shape, bool)
-    cut[1:] = grid[1:] != grid[:-1]
-    cut |= grid != np.roll(grid, 1, axis=1)
-    time = window.labels.time / math.tau
-    direct = window.labels.label == label
-    mine = time[own & np.isfinite(time)]
-    sizes = fatal_impulses(section, known, label, instants_of(attractor, section, instants), rule)
-    least = sizes
-    if len(attractor.forcing_phases):
-        limits = impact_limits(attractor, section)
-        least = np.concatenate((sizes, fatal_impulses(section, known, label, limits, rule)), axis=1)
-        errors = fatal_timing_errors(section, known, label, rule).min(axis=1)
-    else:
-        errors = np.full(2, math.nan)
-    return Resilience(
-        float(own.mean()), 0.5 * math.sqrt(float(cut.sum())) / n, float(direct.mean()),
-        _share_in_time(attractor, mine, after, n),
-        convergence_time(attractor),
-        float(np.median(mine)) if len(mine) else math.nan,
-        float(np.quantile(mine, 0.95)) if len(mine) else math.nan,
-        sizes, least.min(axis=1), errors,
-    )  # fmt: skip
-
-
-def _share_in_time(attractor: Attractor, times: Array, after: Array, starts: int) -> Array:
-    """Share of so many starts whose time is up after so many periods (k,)."""
-    if attractor.kind is AttractorKind.CHAOTIC:
-        return np.full(len(after), math.nan)
-    return np.array([np.count_nonzero(times <= limit) / starts for limit in after])
-
-
-def convergence_time(attractor: Attractor) -> float:
-    """Periods in which a small distance shrinks to 1/e; 0 with contact, nan of chaos."""
-    if attractor.kind is AttractorKind.CHAOTIC:
-        return math.nan
-    if attractor.kind is not AttractorKind.PERIODIC or attractor.multiplier == 0.0:
-        return 0.0
-    return -attractor.cycles / math.log(attractor.multiplier)

@@ -87,10 +87,10 @@ def _run_without_ros(study: StudyDefinition, start: Start) -> int:
     study.refuse_not_taken(start.overrides)
     values = option_values(start.overrides, study.table)
     _load(study.name, start.stop)
-    return run_study(study, values, set(start.overrides), start.stop)
+    return run_command(study, values, set(start.overrides), start.stop)
 
 
-def run_study(
+def run_command(
     definition: StudyDefinition,
     values: Mapping[str, Value],
     given: Collection[str],
@@ -251,7 +251,8 @@ class StudyWork:
         return ExitCode.DONE
 
     def _say_interrupted(self) -> None:
-        done, total = self._progress[:2] if self._progress else (0, 1)
+        total = math.prod(self._study.region_counts())
+        done = self._progress.done if self._progress else 0
         kept = f"{done} of {total} parts are kept in {self._folder}"
         line = f"{self._name}: interrupted; {kept}, and the same command goes on from there"
         print(line, file=sys.stderr, flush=True)

@@ -127,14 +127,17 @@ class Study(ABC):
 
     def regions(self) -> Iterator[Region]:
         """All regions, the last axis fastest."""
-        shape, lengths = self.shape, self.chunks
-        places = itertools.product(*(range(count) for count in self.region_counts()))
-        for number, place in enumerate(places):
-            slices = {
-                dim: slice(i * length, min((i + 1) * length, shape[dim]))
-                for i, (dim, length) in zip(place, lengths.items(), strict=True)
-            }
-            yield Region(number, slices)
+        return regions_of(self.shape, self.chunks)
+
+
+def regions_of(shape: Mapping[str, int], lengths: Mapping[str, int]) -> Iterator[Region]:
+    """Regions of arrays with axes of this shape, cut into these lengths; the last axis fastest."""
+    cuts = [
+        [(dim, slice(i, min(i + length, shape[dim]))) for i in range(0, shape[dim], length)]
+        for dim, length in lengths.items()
+    ]
+    for number, slices in enumerate(itertools.product(*cuts)):
+        yield Region(number, dict(slices))
 
 
 # --- studies over a plane of two parameters -------------------------------------------------------

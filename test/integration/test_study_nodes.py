@@ -22,7 +22,7 @@ from bouncing_disk_ros import bag
 from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import named, open_result, run
-from bouncing_disk_ros.study.command import image_message, run_study
+from bouncing_disk_ros.study.command import image_message, run_command
 from bouncing_disk_ros.study.definition import definition_of
 from support.in_process import ends
 from support.processes import Process, Starter
@@ -112,7 +112,7 @@ def test_interrupted_work_is_kept_and_the_same_command_goes_on(
         **values,
     }
     defaults = {key: spec.default for key, spec in definition.table.items()}
-    assert run_study(definition, {**defaults, **given}, given.keys(), Stop()) == 0
+    assert run_command(definition, {**defaults, **given}, given.keys(), Stop()) == 0
     assert f"continuing: {found.group(1)} of 12 parts are done" in capfd.readouterr().out
     at_once, resumed = run(named("basin_shares", **values)), open_result(store)
     assert at_once is not None

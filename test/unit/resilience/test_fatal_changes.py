@@ -18,13 +18,12 @@ from bouncing_disk_ros.resilience_studies.fatal_changes import (
     SURVIVED,
     UNDECIDED,
     FatalRule,
-    Instants,
-    _share_in_time,
     fatal_impulses,
     fatal_timing_errors,
     fates,
-    instants_of,
 )
+from bouncing_disk_ros.resilience_studies.orbit_instants import Instants, instants_of
+from bouncing_disk_ros.resilience_studies.resilience.measures import _share_in_time
 from reference.cases import examples
 from support.studied import Start, on_orbit_since, seen
 

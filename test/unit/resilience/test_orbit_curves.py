@@ -13,11 +13,8 @@ from bouncing_disk_ros.maps.continuation import period_doublings
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, fixed_point
 from bouncing_disk_ros.resilience_studies import curve_family as curve_family_module
-from bouncing_disk_ros.resilience_studies.curve_family import (
-    MOST_IMPACTS,
-    contact_curves,
-    curve_family,
-)
+from bouncing_disk_ros.resilience_studies.contact_curves import MOST_IMPACTS, contact_curves
+from bouncing_disk_ros.resilience_studies.curve_family import curve_family
 from bouncing_disk_ros.resilience_studies.orbit_branch import add_curves, orbit_curve, orbit_curves
 from bouncing_disk_ros.resilience_studies.orbit_curves import Curve, SpecialKind, Window
 from bouncing_disk_ros.resilience_studies.orbit_equations import CurveKind, clearances

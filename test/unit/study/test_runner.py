@@ -27,7 +27,7 @@ from bouncing_disk_ros.study import (
     run,
     runner,
 )
-from bouncing_disk_ros.study.command import run_study
+from bouncing_disk_ros.study.command import run_command
 from bouncing_disk_ros.study.definition import definition_of
 from bouncing_disk_ros.study.lock import exclusive_lock, token_of
 from bouncing_disk_ros.study.runner import NICENESS, PREFETCH, Pipeline, compute_region
@@ -222,8 +222,8 @@ def test_where_netcdf_is_missing_it_is_refused_or_left_out_in_one_line(
     values = {name: spec.default for name, spec in definition.table.items()}
     values |= {"points": 16, "figures": "none", "output": str(tmp_path / "p")}
     with pytest.raises(InputError, match=words):
-        run_study(definition, values, {"netcdf"}, Stop())
-    assert run_study(definition, values, {"points"}, Stop()) == 0
+        run_command(definition, values, {"netcdf"}, Stop())
+    assert run_command(definition, values, {"points"}, Stop()) == 0
     told = capsys.readouterr()
     assert told.err == (
         "toss_paths: no result.nc: netCDF4 is not installed; pip install "

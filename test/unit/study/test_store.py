@@ -20,7 +20,7 @@ from support.studies import VALUES, Products, Sums
 FLIPS = examples(9, 1_000)
 SOME = [
     "FIFO as root", "FIFO beside", "link as root", "link as chunk", "link as store", "no array",
-    "no chunk", "empty mark", "not UTF-8", "deep JSON", "deep folders", "digest of a path",
+    "no chunk", "empty mark", "not UTF-8", "deep JSON", "deep folders", "digests a list",
     "other fill", "huge shape", "objects", "other codecs", "other study", "format a text", "bomb",
     "regions without length", "other key in the root", "other fill, sealed",
 ]  # fmt: skip

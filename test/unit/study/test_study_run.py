@@ -16,7 +16,7 @@ from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import open_result
 from bouncing_disk_ros.study.bifurcation.options import DEFINITION
-from bouncing_disk_ros.study.command import run_study
+from bouncing_disk_ros.study.command import run_command
 from bouncing_disk_ros.study.definition import definition_of
 from bouncing_disk_ros.study.from_run import RECORDED, numbers, read_bag, wanted
 from support.recorded import NS, RecordedRun, period_one_bag
@@ -125,7 +125,7 @@ def studied(name: str, folder: Path, **given: Value) -> xr.Dataset:
     definition = definition_of(name)
     defaults = {key: spec.default for key, spec in definition.table.items()}
     where: dict[str, Value] = {"netcdf": False, "figures": "none", "output": str(folder)}
-    assert run_study(definition, {**defaults, **where, **given}, given.keys(), Stop()) == 0
+    assert run_command(definition, {**defaults, **where, **given}, given.keys(), Stop()) == 0
     return open_result(folder / "result.zarr")
 
 
