@@ -17,7 +17,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.report.recorded_offset import axial_offset
 from bouncing_disk_ros.report.run_record import UNKNOWN_DISK, RunRecord
 from bouncing_disk_ros.report.run_record_builder import Parsed, RunRecordBuilder
-from bouncing_disk_ros.report.run_report import RecordSource, Report, report_of
+from bouncing_disk_ros.report.run_report import RecordSource, report_of
 from bouncing_disk_ros.run.input_records import to_json
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.trajectory_validation import Splice
@@ -30,7 +30,7 @@ SECONDS = 12.0
 class Recorded:
     """A run on a platform that offsets move almost all the time, listened to."""
 
-    def __init__(self, heard_from: int = 0, forget: tuple[str, ...] = ()) -> None:
+    def __init__(self) -> None:
         self.records: list[dict[str, Any]] = []
         values = {"restitution": RESTITUTION, "axial_amplitude": 0.02, "frequency": 5.0}
         values |= {"initial_height": 0.1, "initial_forcing_phase": 0.0}
@@ -40,10 +40,9 @@ class Recorded:
         self.record.motions.append(self.session.simulation.motion_in_force)
         self.samples: list[tuple[float, float, float]] = []
         self._move()
-        heard = [r for r in self.records[heard_from:] if r["kind"] not in forget]
-        self.builder = RunRecordBuilder(self.record)
-        for one in heard:
-            self.builder.handlers["disk/inputs"](SimpleNamespace(data=to_json(one)))
+        builder = RunRecordBuilder(self.record)
+        for one in self.records:
+            builder.handlers["disk/inputs"](SimpleNamespace(data=to_json(one)))
 
     def _move(self) -> None:
         rng = np.random.default_rng(5)
@@ -64,10 +63,6 @@ class Recorded:
                     (self.session.time_ns / NS, now.platform_position, now.platform_velocity)
                 )
         self.record.chunks += [join_rows(self.session.take_rows())]
-
-    @property
-    def report(self) -> Report:
-        return report_of(self.record, RecordSource("a"))
 
 
 @pytest.fixture(scope="module")
