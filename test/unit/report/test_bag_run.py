@@ -13,7 +13,6 @@ import pytest
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag.reader import Message
-from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.report.read_run import (
     BagRun,
@@ -168,26 +167,6 @@ def test_a_damaged_bag_is_reported_up_to_the_damage(tmp_path: Path) -> None:
     run = read(tmp_path / "run")
     assert 0 < len(run.record.states) < 100
     assert "what follows is not in this report (bag_recover saves it)" in run.source.remarks[-1]
-
-
-def test_changes_are_heard(tmp_path: Path) -> None:
-    with bag.Writer(tmp_path / "run") as writer:
-        RecordedRun(writer, preset="pizza_multiple_toss").run(
-            8.0,
-            {
-                2.0: lambda session: session.set_parameters({"restitution": 0.4}),
-                3.0: lambda session: session.apply_impulse(session.input_ns, 0.01, 0.0),
-                4.0: lambda session: session.reset(),
-                5.0: lambda session: session.command([(6 * NS, Motion(0.04, 0.1, 3.0, 0.0))]),
-                7.0: lambda session: session.set_parameters({"snapshot_period": 2.0}),
-            },
-        )
-    record = read(tmp_path / "run").record
-    times = [(change.what, round(change.time, 6)) for change in record.changes]
-    assert times == [("parameters", 2.0), ("impulse", 3.0), ("reset", 4.0)]
-    assert [disk.restitution for _, disk in record.disks] == [0.5, 0.4]
-    assert record.motions[-1].target == Motion(0.04, 0.1, 3.0, 0.0)
-    assert record.inputs == 5
 
 
 # --- order and numbers ----------------------------------------------------------------------------

@@ -13,7 +13,6 @@ import pytest
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
-from bouncing_disk_ros.maps.period_one import period_one
 from bouncing_disk_ros.report.orbit import Orbit, OrbitKind, orbit_of
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import Programme, load_programme
@@ -21,8 +20,6 @@ from bouncing_disk_ros.run.session import motion_of
 
 REST = Motion(0.0, 0.0, 3.0, 0.0)
 NS = 1e9
-HELICAL = math.tan(0.2457 * math.pi)
-"""L = a_e Φ/A of the toss with the largest airborne speed (paper: φ_L = 0.248π)."""
 PERIODS_TO_SETTLE = 30
 
 
@@ -67,28 +64,6 @@ def succeeds(errors: Sequence[float]) -> bool:
     """Whether the toss lands in period 1 with an error (s) of the time of each point."""
     late = [(at + error, motion) for (at, motion), error in zip(commands(), errors, strict=True)]
     return final_orbit(late, disk_and_motion()[0], phase_at_start()).is_period_one
-
-
-def test_the_toss_is_helical() -> None:
-    disk, _ = disk_and_motion()
-    toss = commands()[0][1]
-    ratio = disk.friction_radius * toss.angular_amplitude / toss.axial_amplitude
-    assert toss.phase_lag == 0.0
-    assert ratio == pytest.approx(HELICAL, rel=0.01)
-
-
-def test_it_lands_in_period_one_at_the_speed_of_equation_4() -> None:
-    disk, final = disk_and_motion()
-    orbit = period_one(final, disk)
-    assert orbit is not None
-    simulation = Simulation(REST, disk, InitialState(forcing_phase=phase_at_start()))
-    simulation.command([(round(at * NS), motion) for at, motion in commands()])
-    rows, _ = simulation.advance(25_000_000_000)
-    last = rows[-1]
-    # the orbit is a focus, |multiplier| = ε: after 60 impacts the rest is rounding
-    assert last["forcing_phase"] == pytest.approx(orbit.forcing_phase, abs=1e-9)
-    assert last["axial_impact_velocity"] == pytest.approx(orbit.axial_impact_velocity, rel=1e-9)
-    assert last["angular_velocity"] == pytest.approx(orbit.angular_velocity, rel=1e-9)
 
 
 def test_without_the_first_toss_the_same_motion_chatters() -> None:

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.core.offset import QUINTIC, Knot, OffsetState
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.bag_report import with_options
@@ -28,52 +27,23 @@ from support.pinned_results import report, words
 from support.recorded import NS, START_NS, Act, RecordedRun
 
 PRESET = "pizza_multiple_toss"
-MOTION = Motion(0.04, 0.5, 3.0, 0.0)
 
 
 def made(
-    folder: Path, seconds: float, acts: dict[float, Act] | None = None, *, slice_ticks: int = 1,
-    choice: str = "longest", read: dict[str, Any] | None = None, **given: Any,
-) -> Report:  # fmt: skip
+    folder: Path, seconds: float, acts: dict[float, Act] | None = None, **given: Any
+) -> Report:
     with bag.Writer(folder / "run") as writer:
-        run = RecordedRun(writer, **{"preset": PRESET, "gravity": 10.0, **given})
-        run.run(seconds, acts, slice_ticks)
-    return report(folder / "run", choice, **(read or {}))
-
-
-def reach(*points: tuple[float, Motion]) -> Act:
-    def act(session: Session) -> None:
-        session.command([(round(at * NS), motion) for at, motion in points])
-
-    return act
+        RecordedRun(writer, **{"preset": PRESET, "gravity": 10.0, **given}).run(seconds, acts)
+    return report(folder / "run")
 
 
 def reset(session: Session) -> None:
     session.reset()
 
 
-def soften(session: Session) -> None:
-    session.set_parameters({"restitution": 0.4})
-
-
-# --- motions --------------------------------------------------------------------------------------
-
-
-def test_without_inputs_a_motion_that_is_missing_is_not_known(tmp_path: Path) -> None:
-    half = MOTION._replace(axial_amplitude=0.03)
-    acts = {0.1: reach((6.0, half), (12.0, MOTION))}
-    found = made(tmp_path, 18.0, acts, slice_ticks=180, without=("disk/inputs",), choice="1")
-    assert [part.segment.motion for part in found.segments] == [None, MOTION]
-    assert words(found)["platform"] == "not known: records of its motion are missing here"
-    last = words(report(tmp_path / "run", "2"))["platform"]
-    assert last.startswith(
-        "A 40 mm, Φ 0.5 rad, f 3 Hz, θ 0 rad; by platform/motion, which has only the last"
-    )
-    made(tmp_path / "known", 18.0, acts, slice_ticks=180, choice="2")
-    assert "platform/motion" not in words(report(tmp_path / "known" / "run", "2"))["platform"]
-
-
 # --- runs -----------------------------------------------------------------------------------------
+
+
 @pytest.mark.parametrize("numbered", [True, False])
 def test_two_runs_in_one_bag_are_two(tmp_path: Path, numbered: bool) -> None:
     """The second run begins with its first message, not with its first impact."""
@@ -151,22 +121,6 @@ def test_an_offset_that_is_not_in_the_bag_is_seen_by_the_impacts(tmp_path: Path)
 
 
 # --- windows --------------------------------------------------------------------------------------
-
-
-def test_an_impact_at_the_instant_of_a_report_counts_once(tmp_path: Path) -> None:
-    """Impacts are at whole thirds of a second: every third report is at one, and so is a change."""
-    found = made(tmp_path, 9.0, {3.0: soften}, initial_height=0.0)
-    check = found.ledger
-    assert check is not None
-    assert check.rows_axial == pytest.approx(check.ledger_axial, rel=1e-8)
-    assert check.begin > 3.0
-    plain = made(tmp_path / "plain", 12.0)
-    drawn = {series.name: series for series in energy_panel(plain, 1000).series}
-    line, rings = drawn["loss in impacts, axial"], drawn["axial, from the impacts"]
-    assert len(rings.x) > 3
-    assert rings.y == pytest.approx(line.y[np.searchsorted(line.x, rings.x)], rel=1e-8)
-
-
 @pytest.mark.parametrize("without", [(), ("disk/inputs", "platform/motion")])
 def test_the_line_of_the_ledger_ends_at_a_reset(tmp_path: Path, without: tuple[str, ...]) -> None:
     """A line across it would show losses that become smaller."""
@@ -192,12 +146,6 @@ def test_contact_after_an_impact_without_restitution_is_seen(tmp_path: Path) -> 
     drawn = {series.name: series for series in panels(found, 1000)[6].series}
     if "disk x" in drawn:
         assert np.all(drawn["disk x"].y >= drawn["platform s"].y - 1e-9)
-
-
-def test_the_ledger_is_said_to_count_from_the_last_reset(tmp_path: Path) -> None:
-    said = words(made(tmp_path, 9.0, {3.0: reset}))
-    assert said["ledger at"].endswith(" s, since the reset at 3.000 s")
-    assert said["recomputed from"].endswith("rows, 4.000 s to 8.000 s")
 
 
 # --- means ----------------------------------------------------------------------------------------

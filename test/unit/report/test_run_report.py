@@ -3,77 +3,41 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.model import ImpactKind
+from bouncing_disk_ros import parameters, simulate
+from bouncing_disk_ros.core.model import Disk, ImpactKind
 from bouncing_disk_ros.errors import InputError, counted
-from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.report.estimate import Estimate
 from bouncing_disk_ros.report.impact_energy import impact_energy
 from bouncing_disk_ros.report.report_panels import panels
 from bouncing_disk_ros.report.report_text import lines, path_text, transient_text
 from bouncing_disk_ros.report.run_record import (
     UNKNOWN_DISK,
-    Change,
     HealthReport,
     RunRecord,
-    State,
 )
 from bouncing_disk_ros.report.run_report import RecordSource, Report, report_of
 from bouncing_disk_ros.report.spans import time_decimals
 from bouncing_disk_ros.report.transient import Transient, TransientKind
 from bouncing_disk_ros.run.presets import load_preset
-from bouncing_disk_ros.run.session import Session
-from support.pinned_results import words
-
-NS = 1_000_000_000
+from bouncing_disk_ros.run.session import motion_of
+from support.pinned_results import Act, recorded, report, words
 
 
-def session_of(**values: Value) -> Session:
-    preset = load_preset("pizza_multiple_toss")
-    return Session(parameters.complete({**preset, **values}), lambda _: None, paused=True)
-
-
-def heard(session: Session, until: float, record: RunRecord | None = None) -> RunRecord:
-    """Advance with samples at 10 Hz and a report every second, as a listener would keep them."""
-    simulation = session.simulation
-    if record is None:
-        disks, known = [(0.0, simulation.disk)], [(0.0, math.inf)]
-        record = RunRecord(simulation.disk, disks=disks, known=known)
-        record.motions.append(simulation.motion_in_force)
-    for tick in range(session.time_ns * 10 // NS + 1, round(10 * until) + 1):
-        while session.advance(tick * NS // 10):
-            pass
-        now = session.time_ns / NS
-        sample = simulation.sample()
-        record.states.append(
-            State(
-                now,
-                sample.axial_position,
-                sample.platform_position,
-                sample.angular_velocity,
-                sample.unwrapped_angle,
-            )
-        )
-        if simulation.motion_in_force != record.motions[-1]:
-            record.motions.append(simulation.motion_in_force)
-        if tick % 10 == 5:  # impacts of period 1 are at multiples of 1/3 s
-            energy = simulation.energy()
-            record.health.append(
-                HealthReport(1000.0 + now, now, 1e-4, 2e-4, 3e-4, 1e-16, behind=0.01, asked="1",
-                       energy=energy)
-            )  # fmt: skip
-        record.chunks += session.take_rows()
-    return record
+def made(folder: Path, seconds: float, acts: tuple[Act, ...] = (), **values: Any) -> Report:
+    """The report on a run that begins on the period-1 orbit."""
+    return report(recorded(folder, seconds, acts, preset="pizza_multiple_toss", **values))
 
 
 @pytest.fixture(scope="module")
-def settled() -> Report:
+def settled(tmp_path_factory: pytest.TempPathFactory) -> Report:
     """The period-1 orbit with a friction that slips at first."""
-    return report_of(heard(session_of(friction=0.02), 40.0), RecordSource("a"))
+    return made(tmp_path_factory.mktemp("bags"), 40.0, friction=0.02)
 
 
 def test_orbit_speed_and_estimates_are_those_of_the_run(settled: Report) -> None:
@@ -98,58 +62,58 @@ def test_orbit_speed_and_estimates_are_those_of_the_run(settled: Report) -> None
     assert said["friction μ"].startswith("0.02 ± ")
 
 
-def test_losses_from_the_rows_are_those_of_the_books(settled: Report) -> None:
+def test_losses_from_the_rows_are_those_of_the_ledger(settled: Report) -> None:
     check = settled.ledger
     assert check is not None
-    assert (check.begin, check.end, check.missing, check.summed) == (0.0, 39.5, 0, 0)
-    # each side sums about a hundred terms to rounding
-    assert check.rows_axial == pytest.approx(check.ledger_axial, rel=1e-12)
-    assert check.rows_friction == pytest.approx(check.ledger_friction, rel=1e-12)
+    assert (check.begin, check.missing, check.summed) == (0.0, 0, 0)
+    # the ledger on /diagnostics has nine digits
+    assert check.rows_axial == pytest.approx(check.ledger_axial, rel=1e-8)
+    assert check.rows_friction == pytest.approx(check.ledger_friction, rel=1e-8)
     assert check.rows_friction > 0.1
-    assert check.rows == 119  # at 0, 1/3 ... 39 1/3 s
-    rings = [part for part in panels(settled, 100)[4].series if "from the impacts" in part.name]
-    for part, field in zip(rings, ("loss_impact_axial", "loss_impact_friction"), strict=True):
-        energy = settled.record.health[-1].energy
-        assert part.y[-1] == pytest.approx(getattr(energy, field), rel=1e-12)
+    drawn = {series.name: series for series in panels(settled, 100)[4].series}
+    for part in ("axial", "friction"):
+        line, rings = drawn[f"loss in impacts, {part}"], drawn[f"{part}, from the impacts"]
+        assert len(rings.x) > 3
+        expected = line.y[np.searchsorted(line.x, rings.x)]
+        assert rings.y == pytest.approx(expected, rel=1e-8, abs=1e-12)
+    run = simulate(40.0, preset="pizza_multiple_toss", friction=0.02)
+    energies = impact_energy(run.impacts, Disk.of(run.parameters))
+    # each side sums about a hundred terms to rounding
+    assert energies.axial.sum() == pytest.approx(run.energy.loss_impact_axial, rel=1e-12)
+    assert energies.friction.sum() == pytest.approx(run.energy.loss_impact_friction, rel=1e-12)
 
 
-def test_rows_of_chatters_are_left_out_of_the_books() -> None:
+def test_rows_of_chatters_are_left_out_of_the_ledger_s_check(tmp_path: Path) -> None:
     """At Γ = 0.4, from rest: chatters every cycle; their rows are counted, not guessed."""
-    session = session_of(axial_amplitude=0.4 * math.pi * 10.0 / (6.0 * math.pi) ** 2,
-                         initial_with_platform=True, initial_axial_velocity=0.0)  # fmt: skip
-    report = report_of(heard(session, 10.0), RecordSource("a"))
-    check = report.ledger
+    found = made(tmp_path, 10.0, axial_amplitude=0.4 * math.pi * 10.0 / (6.0 * math.pi) ** 2,
+                 initial_with_platform=True, initial_axial_velocity=0.0)  # fmt: skip
+    check = found.ledger
     assert check is not None
     assert check.summed > 5
     assert check.rows_axial < check.ledger_axial
     # in a chatter nearly all of m w²/2 is lost; gravity and platform are constant to 1e-3 in it
     missing = check.ledger_axial - check.rows_axial
     assert missing == pytest.approx(check.in_summed, rel=0.05)
-    energies = impact_energy(report.rows, session.simulation.disk)
+    energies = impact_energy(found.rows, found.record.disk)
     assert np.all(energies.friction[energies.summed] == 0.0)
-    tail = report.rows[:1].copy()  # of one impact, after which endless ones are within rounding
+    tail = found.rows[:1].copy()  # of one impact, after which endless ones are within rounding
     tail["kind"], tail["count"] = ImpactKind.CHATTER_TAIL, 1
-    assert impact_energy(tail, session.simulation.disk).summed.tolist() == [True]
+    assert impact_energy(tail, found.record.disk).summed.tolist() == [True]
 
 
-def test_a_change_of_motion_makes_segments_and_the_choice_is_free() -> None:
-    session = session_of()
-    record = heard(session, 20.0)
-    motion = session.simulation.latest_target
-    session.command([(21 * NS, motion._replace(axial_amplitude=0.045))])
-    heard(session, 30.0, record)
-    report = report_of(record, RecordSource("a"))
-    assert [part.segment.motion for part in report.segments] == [
-        motion, motion._replace(axial_amplitude=0.045)
-    ]  # fmt: skip
-    assert report.shown == 0
-    assert report_of(record, RecordSource("a"), "last").shown == 1
-    assert report_of(record, RecordSource("a"), "2").shown_rows["time"].min() >= 21.0
+def test_a_change_of_motion_makes_segments_and_the_choice_is_free(tmp_path: Path) -> None:
+    motion = motion_of(parameters.complete(load_preset("pizza_multiple_toss")))
+    target = motion._replace(axial_amplitude=0.045)
+    found = made(tmp_path, 30.0, ((20.0, "command", (1.0, *target)),))
+    assert [part.segment.motion for part in found.segments] == [motion, target]
+    assert found.shown == 0
+    assert report(tmp_path / "run", "last").shown == 1
+    assert report(tmp_path / "run", "2").shown_rows["time"].min() >= 21.0
     with pytest.raises(InputError, match="segment: got '3', allowed: longest, last, or a number"):
-        report_of(record, RecordSource("a"), "3")
+        report(tmp_path / "run", "3")
     # both segments have the same disk: the estimate is from all impacts but those of the fade
-    assert report.restitution.impacts == sum(part.rows for part in report.segments)
-    text = "\n".join(lines(report))
+    assert found.restitution.impacts == sum(part.rows for part in found.segments)
+    text = "\n".join(lines(found))
     assert "  1     0.000  20.667  start of the record  0.4500       63  period-1" in text
     assert "  2    21.000  30.000  change of motion     0.5089       26  period-2" in text
 
@@ -162,37 +126,24 @@ def test_a_change_of_motion_makes_segments_and_the_choice_is_free() -> None:
           "initial_axial_velocity": 0.0}, "none: 0 rad/s throughout"),
     ],
 )  # fmt: skip
-def test_a_speed_that_takes_no_time_has_no_rate(values: dict[str, Value], said: str) -> None:
-    report = report_of(heard(session_of(**values), 10.0), RecordSource("a"))
-    assert words(report)["transient"].startswith(said)
+def test_a_speed_that_takes_no_time_has_no_rate(
+    values: dict[str, Any], said: str, tmp_path: Path
+) -> None:
+    assert words(made(tmp_path, 10.0, **values))["transient"].startswith(said)
 
 
-def test_chaos_is_named_with_its_exponent() -> None:
-    """Γ = 0.55 is in the chaotic band (bifurcations end at 0.5426)."""
-    amplitude = 0.55 * math.pi * 10.0 / (6.0 * math.pi) ** 2
-    report = report_of(heard(session_of(axial_amplitude=amplitude), 300.0), RecordSource("a"))
-    said = words(report)
-    assert said["orbit found"].startswith("chaotic, from ")
-    value, unit = said["Lyapunov exponent"].split()[:2]
-    assert float(value) > 0.0
-    assert unit == "per"
-
-
-def test_only_rows_of_impacts() -> None:
-    record = heard(session_of(), 10.0)
-    bare = RunRecord(UNKNOWN_DISK, chunks=record.chunks)
-    report = report_of(
-        bare, RecordSource("a", missing=("disk/inputs", "/diagnostics", "platform/motion"))
-    )
-    (part,) = report.segments
+def test_only_rows_of_impacts(tmp_path: Path) -> None:
+    others = ("disk/inputs", "platform/motion", "joint_states", "disk/rotor_speed", "/diagnostics")
+    found = made(tmp_path, 10.0, without=others)
+    (part,) = found.segments
     assert part.orbit is not None
     assert part.orbit.is_period_one
-    assert math.isnan(report.restitution.value)
-    said = words(report)
+    assert math.isnan(found.restitution.value)
+    said = words(found)
     assert said["platform"] == "platform/motion is not in this bag"
     assert said["restitution ε"] == "not identifiable: the disk's parameters are not known"
     assert said["real time"] == "/diagnostics is not in this bag"
-    section = panels(report, 100)[2].series[0]
+    section = panels(found, 100)[2].series[0]
     np.testing.assert_allclose(section.y, -4.0 / 3.0, rtol=1e-6)  # float32; −2/(1 + ε)
 
 
@@ -219,12 +170,11 @@ def test_thinned_series_say_so(settled: Report) -> None:
     assert all(not panel.note for panel in panels(settled, 10_000)[:4])
 
 
-def test_many_segments_are_listed_in_part() -> None:
-    record = heard(session_of(), 10.0)
-    record.changes += [Change(0.2 * number, "impulse") for number in range(1, 50)]
-    report = report_of(record, RecordSource("a"))
-    assert len(report.segments) == 50
-    assert "(30 earlier segments not listed)" in "\n".join(lines(report))
+def test_many_segments_are_listed_in_part(tmp_path: Path) -> None:
+    strikes = tuple((0.2 * number, "impulse", (0.0, 0.0)) for number in range(1, 50))
+    found = made(tmp_path, 10.0, strikes)
+    assert len(found.segments) == 50
+    assert "(30 earlier segments not listed)" in "\n".join(lines(found))
 
 
 def test_the_return_map_shows_where_its_points_are(settled: Report) -> None:
@@ -237,19 +187,6 @@ def test_the_return_map_shows_where_its_points_are(settled: Report) -> None:
     assert diagonal.x[1] - diagonal.x[0] < 1.3 * np.ptp(phases) + 0.11
     assert not pairs.x_is_phase
     np.testing.assert_array_equal(diagonal.x, diagonal.y)
-
-
-def test_heights_are_those_of_the_last_periods(settled: Report) -> None:
-    heights = panels(settled, 10_000)[6]
-    assert settled.chosen is not None
-    segment = settled.chosen.segment
-    assert segment.motion is not None
-    platform, disk, impacts = heights.series
-    assert disk.x.min() >= segment.end - 6.0 / segment.motion.frequency
-    assert np.all(np.diff(disk.x) >= 0.0)
-    assert np.max(np.abs(platform.y)) <= 1e3 * segment.motion.axial_amplitude * (1.0 + 1e-9)
-    assert len(impacts.x) >= 5
-    assert np.isin(impacts.x, disk.x).all(), "the path goes through the impacts"
 
 
 def test_a_transient_of_a_few_steps_has_no_curve() -> None:

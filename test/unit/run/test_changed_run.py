@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import cache
 from typing import Any
 
@@ -14,10 +13,7 @@ from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.simulate import Result
 from bouncing_disk_ros.run.what_if import (
-    DETAIL_PERIODS,
     MAX_ROWS,
-    SAMPLES,
-    SPEED_SECONDS,
     changes_of,
     what_if,
 )
@@ -63,61 +59,16 @@ def test_a_change_from_the_start_is_a_run_with_that_parameter(change: dict[str, 
     assert runs.second.impacts == changed.impacts["count"].sum()
 
 
-def test_the_first_row_that_differs_is_where_they_part() -> None:
-    run = recorded()
-    runs = what_if(run.inputs, changes_of({"restitution": 0.4}), 10 * NS)
-    first, second = runs.first.rows, runs.second.rows
-    count = min(len(first), len(second))
-    place = next(i for i in range(count) if first[i].tobytes() != second[i].tobytes())
-    assert runs.divergence is not None
-    assert runs.divergence.where == f"row {place}"
-    instant = min(float(first["time"][place]), float(second["time"][place]))
-    assert runs.divergence_time_ns == round(instant * NS)
-
-
-def test_samples_lie_on_one_grid_and_finer_where_they_part() -> None:
-    run = recorded()
-    runs = what_if(run.inputs, changes_of({"restitution": 0.4}), 10 * NS)
-    for trace in (runs.first, runs.second):
-        np.testing.assert_array_equal(trace.samples["time_ns"], np.arange(2001) * (10 * NS // 2000))
-        assert len(trace.samples) == SAMPLES + 1
-        steps = np.diff(trace.detail["time_ns"])
-        assert np.ptp(steps) == 0
-        assert runs.divergence_time_ns is not None
-        assert trace.detail["time_ns"][0] <= runs.divergence_time_ns
-        assert (
-            trace.detail["time_ns"][-1] > runs.divergence_time_ns + (DETAIL_PERIODS - 1) * NS / 3.5
-        )
-    alone = simulate(SECONDS, sample_rate=200.0, **STORY)
-    for name in ("axial_position", "angular_velocity", "platform_position"):
-        np.testing.assert_array_equal(runs.first.samples[name], alone.samples[name])
-
-
 def test_finer_samples_are_those_of_the_run() -> None:
     """What had passed when the parting was found is simulated again, to the same bits."""
-    run = simulate(4000.0)  # the step of the even samples, 2 s, is longer than a period
-    runs = what_if(run.inputs, changes_of({"friction": 0.3}), 4000 * NS)
+    run = simulate(1000.0)  # the step of the even samples, 0.5 s, is longer than a period
+    runs = what_if(run.inputs, changes_of({"friction": 0.3}), 1000 * NS)
     detail = runs.first.detail
-    assert detail["time_ns"][-1] > 2 * NS > detail["time_ns"][0]
+    assert detail["time_ns"][-1] > NS // 2 > detail["time_ns"][0]
     again = Driven()
     for sample in detail:
         again.session.advance(int(sample["time_ns"]))
         assert tuple(again.session.simulation.sample())[1:] == tuple(sample)[1:]
-
-
-def test_rotor_speed_is_the_mean_of_the_end() -> None:
-    run = recorded()
-    runs = what_if(run.inputs, changes_of({"friction": 0.1}), 10 * NS)
-    samples = recorded_samples()
-    begin, end = samples[round((SECONDS - SPEED_SECONDS) * 100)], samples[-1]
-    turned = math.tau * (end["turns"] - begin["turns"]) + end["angle"] - begin["angle"]
-    # three roundings of numbers of the size of the angle turned through, or less
-    assert runs.first.rotor_speed == pytest.approx(turned / SPEED_SECONDS, rel=4e-16 * 3)
-    assert runs.second.rotor_speed != runs.first.rotor_speed
-
-
-def recorded_samples() -> Any:
-    return simulate(SECONDS, sample_rate=100.0, **STORY).samples
 
 
 def test_a_change_in_mid_run_begins_at_the_snapshot() -> None:
@@ -128,11 +79,11 @@ def test_a_change_in_mid_run_begins_at_the_snapshot() -> None:
     run.advance(5.0)
     start = run.record_list[2]["time_ns"]
     end = run.session.time_ns
-    for change in ({"restitution": 0.3}, {"axial_amplitude": 0.03, "restitution": 0.3}):
-        runs = what_if(run.record_list[2:], changes_of(change), end)
-        assert runs.start_ns == start
-        assert runs.divergence_time_ns is not None
-        assert runs.divergence_time_ns > start
+    changes = changes_of({"axial_amplitude": 0.03, "restitution": 0.3})
+    runs = what_if(run.record_list[2:], changes, end)
+    assert runs.start_ns == start
+    assert runs.divergence_time_ns is not None
+    assert runs.divergence_time_ns > start
     motion = runs.second.samples["platform_position"][-600:].max()
     assert motion == pytest.approx(0.03, rel=1e-4)  # of 600 samples over 6 periods, the largest
 

@@ -17,7 +17,6 @@ from bouncing_disk_ros.run.presets import load_preset, preset_names
 from bouncing_disk_ros.run.programmes import as_simulated, load_programme
 from bouncing_disk_ros.run.session import motion_of
 from bouncing_disk_ros.run.simulate import SAMPLE_DTYPE
-from support.replayed import replayed
 
 
 def axial_forcing(values: dict[str, parameters.Value]) -> float:
@@ -66,22 +65,6 @@ def test_arrays_have_the_documented_types() -> None:
     assert result.samples.dtype == SAMPLE_DTYPE
     assert np.array_equal(result.samples["time_ns"], np.arange(101) * 20_000_000)
     assert len(simulate(1.0).samples) == 0
-
-
-def test_inputs_of_a_simulation_replay_it() -> None:
-    result = simulate(
-        5.0,
-        programme=[(1.0, {"axial_amplitude": 0.05}), (3.0, {"frequency": 4.0})],
-        impulses=[(4.0, 0.1, 0.0), (2.0, 0.0, 0.01)],
-        restitution=0.6,
-    )
-    assert replayed(result.inputs, 5 * 10**9)[0].tobytes() == result.impacts.tobytes()
-    assert [record["kind"] for record in result.inputs] == [
-        "snapshot",
-        "motion",
-        "impulse",
-        "impulse",
-    ]
 
 
 @pytest.mark.parametrize(
