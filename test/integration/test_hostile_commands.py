@@ -17,7 +17,7 @@ from support.processes import Starter
 from support.ros_peer import Peer
 
 SEED = FIRST or 20_261_122
-OF_ONE = examples(600, 10_000)
+OF_ONE = examples(300, 10_000)
 """Commands of one simulator."""
 
 
