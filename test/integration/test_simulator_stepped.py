@@ -90,16 +90,11 @@ def set_one(simulator: SteppedSimulator, name: str, value: Any) -> tuple[bool, s
 
 WRONG_PARAMETERS = [
     ("restitution", 1.5, "restitution: got 1.5, allowed: a finite number >= 0 and <= 1"),
-    ("restitution", float("nan"), "restitution: got nan"),
-    ("friction", float("inf"), "friction: got inf"),
     ("restitution", "high", "It is a double, not a string"),
-    ("step_periods", 0, "step_periods: got 0, allowed: an integer >= 1"),
     ("preload", -100.0, "preload: got -100.0, allowed: a finite number > "),
     ("mass", 1.0, "mass: got 1.0, allowed: no change while it runs"),
     ("restituton", 0.5, "Did you mean restitution?"),
-    ("use_sim_time", 1, "use_sim_time: got 1, allowed: true or false"),
     ("initial_axial_velocity", 1.0, "Set initial_with_platform to false"),
-    ("command_tolerance", -0.1, "command_tolerance: got -0.1"),
 ]
 
 

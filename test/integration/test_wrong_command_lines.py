@@ -28,6 +28,7 @@ CASES = [
     ("simulator", "--ros-args --params-file none.yaml", "--params-file: got 'none.yaml'"),
     ("simulator", "--ros-args -r __ns:=wrong-name", "-r: got '__ns:=wrong-name'"),
     ("simulator", "--fast", "unrecognized arguments: --fast"),
+    ("simulator", "friction:=3", ".*come after --ros-args: --ros-args -p NAME:=VALUE"),
     ("recorder", "/proc/none/run", "output: got '/proc/none/run', allowed: the name of a new fold"),
     ("recorder", f"{GIVEN} compression:=rar", "compression: got 'rar', allowed: zstd, lz4"),
     ("recorder", f"{GIVEN} topics:=/2nd", "topics: got '/2nd', allowed: names of topics"),

@@ -35,13 +35,6 @@ def test_a_file_for_another_node_is_named(
         assert capsys.readouterr().err == (f"{line}\n" if said else "")
 
 
-def test_a_parameter_before_ros_args_is_told_its_place(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as ended:
-        Start("tool", "", {}, "", ["width:=3"], needs_ros=False).parse()
-    assert ended.value.code == 2
-    assert "come after --ros-args: --ros-args -p NAME:=VALUE" in capsys.readouterr().err
-
-
 _INTERRUPTED = """
 import sys
 from bouncing_disk_ros.ros.startup import run_without_ros
