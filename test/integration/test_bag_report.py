@@ -10,10 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from bouncing_disk_ros import bag
 from support.in_process import ends
 from support.processes import Starter
-from support.recorded import RecordedRun, period_one_bag
+from support.recorded import period_one_bag
 
 pytestmark = pytest.mark.timeout(300)  # longer than any wait here
 
@@ -44,29 +43,6 @@ def test_files_are_ours_or_left_alone(report: Report, folder: Path, tmp_path: Pa
     assert "a new file, or one that bag_report has made" in told
     assert (tmp_path / "first.png").read_text() == "a drawing of my own"
     assert (tmp_path / "first.html").read_bytes() == before
-
-
-def test_what_cannot_be_used_is_one_line(report: Report, folder: Path, tmp_path: Path) -> None:
-    with bag.Writer(tmp_path / "two") as writer:
-        for namespace in ("/left", "/right"):
-            RecordedRun(writer, namespace).run(1.0)
-    with bag.Writer(tmp_path / "empty"):
-        pass
-    for arguments, said in (
-        ((tmp_path / "none",), "There is no file or folder of that name"),
-        ((tmp_path / "empty",), "got 'no messages'"),
-        ((tmp_path / "two",), "allowed: /left, /right. Choose one with the option namespace."),
-        ((folder, "--segment", "9"), "allowed: longest, last, or a number from 1 to 1"),
-        ((folder, "--run", "2"), "run: got 2, allowed: 1 to 1"),
-        ((folder, "--figures", "pgn"), "Did you mean png?"),
-    ):
-        code, out, (told,) = report(*arguments)
-        assert (code, out) == (2, "")
-        assert said in told
-    code, _, (told,) = report(folder, "/proc/x")
-    assert code == 2
-    assert told.startswith("bag_report: output: got '/proc/x.html', allowed: a file in a folder")
-    assert not [*tmp_path.glob("*_report.*"), *folder.parent.glob("*_report.*")]
 
 
 def test_a_cut_off_bag_is_reported_with_what_is_missing(report: Report, tmp_path: Path) -> None:

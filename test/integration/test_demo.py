@@ -109,19 +109,3 @@ def test_children_die_with_a_killed_parent(start: Starter) -> None:
     parent.end(signal.SIGKILL)
     _, alive = psutil.wait_procs(children, timeout=PATIENCE)
     assert alive == []
-
-
-@pytest.mark.parametrize(
-    ("setting", "line"),
-    [
-        ("picture:=demo.txt", "demo: picture: got 'demo.txt', allowed: a file ending in .png"),
-        ("duration:=1.0", "demo: duration: got 1.0, allowed: a finite number >= 3"),
-        ("duratoin:=9.0", "demo: parameter: got 'duratoin'"),
-    ],
-)
-def test_bad_input_is_one_line(
-    capfd: pytest.CaptureFixture[str], setting: str, line: str, tmp_path: Path
-) -> None:
-    code, _, (told,) = ends(capfd, "demo", "--bag", f"{tmp_path}/bag", "--ros-args", "-p", setting)
-    assert code == 2
-    assert told.startswith(line)

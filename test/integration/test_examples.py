@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import ast
+import inspect
 import re
 import runpy
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+import test_lifter_node
+import test_own_controller
 
 import bouncing_disk_ros
-from support.processes import environment
+from bouncing_disk_ros.testing import SteppedSimulator
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "examples"
@@ -44,9 +48,8 @@ RUNS: dict[str, tuple[list[str], list[str], set[str]]] = {
         set(),
     ),
 }
-
-TESTS = {"test_own_controller.py": 1, "test_lifter_node.py": 2}
-"""File -> tests in it."""
+TESTS = (test_own_controller, test_lifter_node)
+OWN = [own for module in TESTS for name, own in vars(module).items() if name.startswith("test_")]
 FOREIGN = ("case_by_mujoco",)
 """Run by test/interop, with the tool that they need."""
 
@@ -87,32 +90,16 @@ def test_help_of_a_script_waits_for_no_slow_import() -> None:
     assert done.stdout.count("set()") == done.stdout.count("python examples/") == len(files)
 
 
-def test_controller_and_node_pass_their_own_tests() -> None:
-    paths = f"{Path(bouncing_disk_ros.__file__).resolve().parents[1]}:{EXAMPLES}"
-    plugins = ("-p", "no:cacheprovider", "-p", "bouncing_disk_ros.testing")
-    options = ("-q", "--import-mode=importlib", "-c", "/dev/null", "--rootdir", str(EXAMPLES))
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", *options, "-s", *plugins, *TESTS],
-        cwd=EXAMPLES,
-        capture_output=True,
-        text=True,
-        timeout=100,
-        env=environment(
-            {
-                "PYTHONPATH": paths,
-                "PYTHONDONTWRITEBYTECODE": "1",
-                "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1",
-                "PYTEST_ADDOPTS": None,
-            }
-        ),
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert f"{sum(TESTS.values())} passed" in done.stdout
-    assert "already registered" not in done.stdout + done.stderr
+@pytest.mark.parametrize("own", OWN, ids=lambda own: own.__name__)
+def test_controller_and_node_pass_their_own_tests(
+    own: Callable[..., None], stepped_simulator: Callable[..., SteppedSimulator]
+) -> None:
+    own(*[stepped_simulator] * len(inspect.signature(own).parameters))
 
 
 def test_every_script_is_run_by_a_test() -> None:
-    tested = {name for test in TESTS for name in (test[5:-3], test[:-3])}
+    assert len(OWN) == 3
+    tested = {name for module in TESTS for name in (module.__name__[5:], module.__name__)}
     assert {path.stem for path in SCRIPTS} == RUNS.keys() | tested | {*FOREIGN}
 
 

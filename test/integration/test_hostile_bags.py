@@ -103,9 +103,12 @@ def test_every_tool_gives_data_or_one_line(server: ToolServer, tmp_path: Path) -
     given(["bag_report", "--text-only"], quick)
     found = given(["replay"], quick, DIFFERS)
     assert any(done.code == DIFFERS for done in found.values())
-    given(["bag_report", "--prove", "--every", "5"], runs)
-    given(["replay", "--what-if", "friction:=0.5"], runs, DIFFERS)
-    given(["study"], runs)
+    # what is more work on a run: on those that are replayed, and some of those that are refused
+    refused = [name for name in runs if found[name].code == REFUSED]
+    some = [*(name for name in runs if found[name].code != REFUSED), *refused[::FEW]]
+    given(["bag_report", "--prove", "--every", "5"], some)
+    given(["replay", "--what-if", "friction:=0.5"], some, DIFFERS)
+    given(["study"], some)
     markup = "<script>alert(1)</script>"
     data = forged({}, content(notes=signed({**NOTES, "version": markup})))
     folder = put(tmp_path / "run", data)

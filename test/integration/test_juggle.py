@@ -30,7 +30,6 @@ from bouncing_disk_ros.juggling.simulated_loop import run_loop
 from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 from support.coverage import in_soak
-from support.in_process import ends
 from support.juggle_loops import (
     DISK,
     FREQUENCY,
@@ -45,7 +44,8 @@ from support.juggle_loops import (
 )
 
 ROOT = Path(__file__).resolve().parents[2]
-PERIODS = 20
+PERIODS = 12
+"""Of the platform: from rest deadbeat captures within 6 of them, and 4 more show it."""
 
 
 @pytest.fixture
@@ -89,7 +89,7 @@ def test_through_ros_the_impacts_are_the_same_to_the_bit(
         velocity = (forcing * math.cos(phase) - 0.5 * w) * GRAVITY / (2.0 * FREQUENCY)
         state = InitialState(axial_velocity=velocity, forcing_phase=phase)
     rows, record, status = run_both(
-        make, forcing, strategy, sensor, periods=50, start=state, error=error
+        make, forcing, strategy, sensor, periods=30, start=state, error=error
     )
     np.testing.assert_array_equal(rows["time"], record.rows["time"])
     np.testing.assert_array_equal(rows["axial_velocity"], record.rows["axial_velocity"])
@@ -232,12 +232,9 @@ def test_small_feedback_goes_on_where_another_strategy_has_captured(make: Make) 
     simulator.close_node(node)
 
 
-def test_wrong_options_are_refused(make: Make, capfd: pytest.CaptureFixture[str]) -> None:
+def test_wrong_options_are_refused(make: Make) -> None:
     simulator = make()
     with pytest.raises(InputError, match="strategy: got 'mirror'"):
         juggler_of(simulator, strategy="mirror")
     with pytest.raises(InputError, match="Only impact_time and deadbeat aim at other orbits"):
         juggler_of(simulator, strategy="small", target="period-2 in 1 cycle")
-    code, _, (told,) = ends(capfd, "juggle", "--ros-args", "-p", "missed:=2.0")
-    assert code == 2
-    assert told.startswith("juggle: missed: got 2.0, allowed:")

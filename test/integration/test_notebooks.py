@@ -37,6 +37,8 @@ PRINTED = {
         ],
     ),
 }
+pytestmark = pytest.mark.timeout(300)  # longer than any wait here
+
 LARGEST = 400_000
 """Bytes of a notebook with its outputs: a few figures, a short animation."""
 
@@ -68,7 +70,7 @@ def test_notebooks_run_and_print_what_is_true(
     for one in read.values():
         together.cells += [nbformat.v4.new_code_cell("%reset -f"), *one.cells]
     resources = {"metadata": {"path": str(tmp_path)}}
-    nbclient.NotebookClient(together, timeout=100, resources=resources).execute()
+    nbclient.NotebookClient(together, timeout=250, resources=resources).execute()
     for name, (figures, patterns) in PRINTED.items():
         cells = read[name].cells
         assert shown(cells) == figures, f"{name}: each figure once"

@@ -205,18 +205,6 @@ def test_make_without_python_prints_the_apt_line() -> None:
     assert told.endswith("sudo apt install git make python3 python3-venv")
 
 
-def test_make_refuses_an_old_python_by_name(tmp_path: Path) -> None:
-    old = tmp_path / "python3"
-    code = "import runpy, sys; sys.version_info = (3, 10, 0); sys.argv = sys.argv[1:]; "
-    code += "runpy.run_path(sys.argv[0], run_name='__main__')"
-    old.write_text(f'#!/bin/sh\nexec "{sys.executable}" -c "{code}" "$@"\n')
-    old.chmod(0o755)
-    done = make("setup", f"PYTHON={old}")
-    assert done.returncode == 2
-    assert "make: Python 3.10 (" in done.stderr
-    assert "take Python 3.11, 3.12 or 3.13" in done.stderr
-
-
 def test_make_keeps_a_sourced_ros_shell_out() -> None:
     foreign = {
         "PYTHONPATH": "/opt/ros/humble/lib/python3.10/site-packages",

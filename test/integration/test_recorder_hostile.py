@@ -222,22 +222,3 @@ def test_a_recording_that_ends_by_itself_says_so_in_diagnostics(
     with bag.open(tmp_path / "run") as run:
         assert run.complete
         assert run.message_count > 0
-
-
-def test_own_diagnostics_are_not_recorded_and_do_not_count(
-    start: Starter, talker: Talker, tmp_path: Path
-) -> None:
-    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # under nohup it is ignored, by children too
-    process = recorder(start, tmp_path / "run", "topics:=/diagnostics")
-    heard: list[Any] = []
-    talker.node.create_subscription(DiagnosticArray, "/diagnostics", heard.append, 10)
-    talker.spin_until(lambda: len(heard) > 1)
-    publisher = talker.publisher("/diagnostics", DiagnosticArray)
-    before = len(heard)
-    for _ in range(10):
-        publisher.publish(DiagnosticArray())
-    talker.spin_until(lambda: len(heard) > before + 10)
-    publisher.wait_for_all_acked()
-    assert process.end(signal.SIGHUP) == 0, "as by SIGTERM: the terminal was closed"
-    assert "10 recorded, lost on the way: 0" in process.stdout
-    wait_until(lambda: not process.running)

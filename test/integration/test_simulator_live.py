@@ -12,12 +12,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 from bouncing_disk_ros.parameters import DEFAULTS
-from bouncing_disk_ros.ros.conversions import ns_to_time
 from bouncing_disk_ros.ros.from_messages import msg_to_joints, msg_to_motion, time_to_ns
 from bouncing_disk_ros.run.session import motion_of
 from bouncing_disk_ros.units import NS
@@ -62,29 +60,6 @@ def test_a_stamped_programme_is_reached_when_asked_and_moves_the_platform_so(
         assert joints["platform_rotation"][0] == pytest.approx(0.3 * math.sin(tau + 1), abs=1e-9)
 
 
-def test_a_kick_acts_at_its_stamp(live: LiveSimulators, peer: Peer) -> None:
-    live(peer, initial_height=1e5, state_rate=200.0)  # in flight for two minutes
-    peer.settle()
-    peer.spin_until(lambda: peer.heard["joint_states"])
-    peer.publisher("disk/impulse")  # found before the time is taken
-    at = peer.now_ns() + 2 * NS
-    msg = WrenchStamped()
-    msg.header.stamp = ns_to_time(at)
-    msg.wrench.force.z, msg.wrench.torque.z = 1.0, 0.01
-    peer.publish("disk/impulse", msg)
-    peer.spin_until(lambda: time_to_ns(peer.heard["joint_states"][-1].header.stamp) > at + NS // 10)
-    record = next(record for record in peer.records if record["kind"] == "impulse")
-    assert (record["axial_impulse"], record["angular_impulse"]) == (1.0, 0.01)
-    inertia = 0.25 * (0.3 / (2 * math.sqrt(2))) ** 2
-    speeds = {
-        time_to_ns(m.header.stamp) - at: msg_to_joints(m)["disk_rotation"][1]
-        for m in peer.heard["joint_states"]
-    }
-    assert all(speed == 0.0 for since, speed in speeds.items() if since < 0)
-    after = [speed for since, speed in speeds.items() if since > 0]
-    assert after == pytest.approx([0.01 / inertia] * len(after), rel=1e-14)
-
-
 def test_wrong_commands_of_every_kind_are_refused_and_nothing_changes(
     live: LiveSimulators, peer: Peer, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -116,40 +91,6 @@ def refused(peer: Peer) -> tuple[int, str]:
     """How many inputs the newest diagnostics count as refused, and why the last was."""
     values = peer.diagnostic("inputs")[2]
     return int(values["refused"]), values["last refusal"]
-
-
-def test_pause_step_reset(live: LiveSimulators, peer: Peer) -> None:
-    live(peer, frequency=3.0)
-    peer.settle()
-    peer.spin_until(lambda: peer.heard["joint_states"])
-    refused = peer.call(Trigger, "step")
-    assert not refused.success
-    assert "~/step: got 'a call while running', allowed: calls while paused" in refused.message
-
-    assert peer.call(SetBool, "pause", SetBool.Request(data=True)).success
-    peer.spin_until(lambda: peer.phases[-1] == "paused")
-    # topics have no common order
-    peer.spin_until(lambda: peer.records and peer.records[-1].get("paused"))
-    paused = peer.records[-1]["time_ns"]
-    for k in (1, 2, 3):
-        answer = peer.call(Trigger, "step")
-        assert answer.success
-        end = paused + round(k * NS / 3)
-        if "under way" in answer.message:  # a busy machine: it goes on after the answer
-            peer.next_diagnostics()
-            peer.spin_until(lambda: peer.diagnostic("real time")[1] == "paused")
-        assert f" {end / NS:.9f} s" in answer.message
-
-    assert peer.call(Trigger, "reset").success
-    assert peer.wait_for_record("reset")["time_ns"] == paused + NS  # at the held instant
-    assert peer.phases[-1] == "paused"
-
-    assert peer.call(SetBool, "pause", SetBool.Request(data=False)).success
-    peer.spin_until(lambda: peer.phases[-1] != "paused")
-    before = peer.now_ns()
-    peer.spin_until(lambda: time_to_ns(peer.heard["joint_states"][-1].header.stamp) > before)
-    assert peer.call(Trigger, "reset").success
-    peer.wait_for_record("reset")
 
 
 def test_stamp_and_simulated_time_of_the_motion_lie_on_the_line_in_force(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import signal
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -69,11 +68,6 @@ def test_commands_lost_on_the_way_are_counted(start: Starter, peer: Peer) -> Non
 
 
 # --- start and end --------------------------------------------------------------------------------
-def test_a_signal_ends_a_free_run_cleanly(start: Starter, peer: Peer) -> None:
-    process = simulator(start, "real_time_factor:=0.0")
-    peer.settle()
-    peer.spin_until(lambda: peer.heard["joint_states"])
-    ended_well(process)
 
 
 def test_a_signal_ends_a_step_that_would_take_hours(start: Starter, peer: Peer) -> None:
@@ -92,50 +86,13 @@ def test_a_lifecycle_shutdown_ends_the_process(start: Starter, peer: Peer) -> No
 
     process = simulator(start, "autostart:=false")
     request = ChangeState.Request()
-    request.transition.id = Transition.TRANSITION_DEACTIVATE
-    assert not peer.call(ChangeState, "change_state", request).success
-    for transition in (
-        Transition.TRANSITION_CONFIGURE,
-        Transition.TRANSITION_ACTIVATE,
-        Transition.TRANSITION_DEACTIVATE,
-    ):
-        request.transition.id = transition
-        assert peer.call(ChangeState, "change_state", request).success
+    request.transition.id = Transition.TRANSITION_CONFIGURE
+    assert peer.call(ChangeState, "change_state", request).success
     peer.publish("platform/frequency", Float64(data=2.0))
     process.wait_for("refused: platform/frequency: got 'an input while inactive'")
     request.transition.id = Transition.TRANSITION_INACTIVE_SHUTDOWN
     assert peer.call(ChangeState, "change_state", request).success
     assert process.wait() == 0
-
-
-@pytest.mark.parametrize(
-    ("arguments", "line"),
-    [
-        (("--ros-args", "-p", "restituton:=0.5"), "parameter: got 'restituton'.*restitution"),
-        (("--ros-args", "-p", "restitution:=1.5"), "restitution: got 1.5, allowed"),
-        (("--ros-args", "-p", "restitution:=high"), "restitution: got 'high'.*not a string"),
-        (("--ros-args", "-p", "use_sim_time:=1"), "use_sim_time: got 1, allowed: true or false"),
-        (("--ros-args", "-p", "preset:=pizza"), "preset: got 'pizza', allowed: pizza_multiple"),
-        (("--ros-args", "-p", "platform_radius:=010"), "-p: got .*010 has several meanings"),
-        (("--ros-args", "-p", "restitution"), "-p: got 'restitution', allowed: name:=value"),
-        (("--ros-args", "--params-file", "none.yaml"), "--params-file: got 'none.yaml'"),
-        (("--ros-args", "-r", "__ns:=wrong-name"), "-r: got '__ns:=wrong-name'"),
-        (("--fast",), "unrecognized arguments: --fast"),
-    ],
-)
-def test_a_wrong_start_is_one_line_and_code_2(
-    capfd: pytest.CaptureFixture[str], arguments: tuple[str, ...], line: str
-) -> None:
-    code, _, lines = ends(capfd, "simulator", *arguments)
-    assert code == 2
-    (told,) = (text for text in lines if not text.startswith("usage"))
-    assert re.match(f"simulator: (error: )?{line}", told)
-
-
-def test_a_wrong_start_ends_the_process(start: Starter) -> None:
-    code, process = start.finish("simulator", "--ros-args", "-p", "restitution:=1.5")
-    assert code == 2
-    assert re.fullmatch("simulator: restitution: got 1.5, allowed.*\n", process.stderr)
 
 
 def test_of_simulators_that_publish_the_clock_one_runs(
@@ -160,7 +117,7 @@ def test_of_simulators_that_publish_the_clock_one_runs(
     peer.spin_until(lambda: peer.node.count_publishers("/clock") == 1)
     clocks = peer.heard["/clock"]
     clocks.clear()
-    for _ in range(20):
+    for _ in range(5):
         assert peer.call(Trigger, "reset").success
         with pytest.raises(InputError, match=refused):
             SimulatorNode(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import math
-import re
 import signal
 import time
 from collections.abc import Mapping
@@ -18,15 +17,12 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Float32
 
-from bouncing_disk_ros import bag
 from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import named, open_result, run
 from bouncing_disk_ros.study.command import image_message, run_command
 from bouncing_disk_ros.study.definition import definition_of
-from support.in_process import ends
 from support.processes import Process, Starter
-from support.recorded import RecordedRun
 from support.ros import wait_for_message
 
 pytestmark = pytest.mark.timeout(300)  # longer than any wait here
@@ -134,28 +130,6 @@ def test_parts_that_take_long_do_not_hold_up_an_end(
     assert node.end(signal.SIGINT, 20.0) == 130
     assert ("interrupted; 0 of 2 parts are kept" in node.output) or times == 2
     assert "Traceback" not in node.output
-
-
-def test_what_cannot_be_used_is_one_line_and_code_2(
-    warm_kernels: None, capfd: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    (tmp_path / "file").write_text("mine")
-    with bag.Writer(tmp_path / "two") as writer:
-        for namespace in ("/left", "/right"):
-            RecordedRun(writer, namespace, preset="pizza_multiple_toss").run(1.0)
-    cases: list[tuple[str, dict[str, object], str]] = [
-        ("basins", {"axial_forcin": 0.4}, "got 'axial_forcin', .* Did you mean axial_forcing"),
-        ("basins", {"figures": "gif"}, "figures: got 'gif', allowed: any of png, pdf, svg"),
-        ("basins", {"width": 8, "output": tmp_path / "file" / "x"}, "output: got .*can be written"),
-        ("basins", {"bag": tmp_path / "two"}, "a bag of 2 simulators', allowed: /left, /right"),
-    ]  # fmt: skip
-    for name, values, said in cases:
-        folder = tmp_path / "out"
-        code, _, (line,) = ends(capfd, name, "--ros-args", *options_of(folder, values))
-        assert code == 2
-        assert re.match(f"{name}: .*{said}", line), line
-        assert not folder.exists()
-    assert (tmp_path / "file").read_text() == "mine"
 
 
 @pytest.mark.interop  # 30 s; test_cluster.py has clusters without a process of their own

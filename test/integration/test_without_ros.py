@@ -27,8 +27,13 @@ def begin(start: Starter, *arguments: str) -> Process:
     return start.command([sys.executable, str(RUNNER), *arguments], env=env)
 
 
-def test_bags_studies_and_the_demonstration_are_there(start: Starter, tmp_path: Path) -> None:
-    """The other studies are made from their definitions alike; test_public_names computes each."""
+def test_library_bags_studies_and_the_demonstration_are_there(
+    start: Starter, tmp_path: Path
+) -> None:
+    """The other studies are made from their definitions alike; test_public_names computes each.
+
+    What needs ROS, and wrong command lines, are one line and code 2. All in one process.
+    """
     folder, picture = str(period_one_bag(tmp_path / "run", 3.0)), tmp_path / "demo.png"
     file = tmp_path / "parameters.yaml"
     file.write_text("/lab/*:\n  ros__parameters: {netcdf: false, figures: [png]}\n")
@@ -49,11 +54,16 @@ def test_bags_studies_and_the_demonstration_are_there(start: Starter, tmp_path: 
         ],
         study("demo", picture=picture),
     ]  # fmt: skip
-    words = [word for line in lines for word in ("+", *line)][1:]
-    node = begin(start, *words)
+    wrong = [given.replace(" ", " --ros-args ", 1).split() for given, _ in WRONG]
+    words = [word for line in [*lines, *wrong] for word in ("+", *line)]
+    node = begin(start, "-c", CODE, folder, *words)
     assert node.wait(WAIT) == 0, node.output
-    assert node.complaints == []
+    node.wait_for("^all done$")
     assert node.output.count(" ended with 0\n") == len(lines)
+    assert node.output.count(" ended with 2\n") == len(WRONG)
+    assert len(node.complaints) == len(WRONG), node.output
+    for complaint, (_, told) in zip(node.complaints, WRONG, strict=True):
+        assert re.search(told, complaint)
     assert (tmp_path / "run_report.html").is_file()
     assert (tmp_path / "run_recovered" / "metadata.yaml").is_file()
     node.wait_for("^replay identical: ")
@@ -101,12 +111,6 @@ print("all done")
 """
 
 
-def test_the_library_works(start: Starter, tmp_path: Path) -> None:
-    node = begin(start, "-c", CODE, str(period_one_bag(tmp_path / "run", 1.0)))
-    assert node.wait(WAIT) == 0, node.output
-    node.wait_for("^all done$")
-
-
 WRONG = (
     ("basins -p widt:=3", "basins: parameter: got 'widt', .* mean width"),
     ("basins -p width:=3.5", "basins: width: got 3.5, allowed: an int"),
@@ -118,13 +122,3 @@ WRONG = (
     *((name, f"{name}: needs ROS 2, ") for name in LIVE),
 )
 """Executables with their arguments, and what is said of them."""
-
-
-def test_what_needs_ros_and_wrong_command_lines_are_one_line_and_code_2(start: Starter) -> None:
-    lines = " + ".join(given.replace(" ", " --ros-args ", 1) for given, _ in WRONG)
-    node = begin(start, *lines.split())
-    assert node.wait(WAIT) == 0, node.output
-    assert node.output.count(" ended with 2\n") == len(WRONG)
-    assert len(node.complaints) == len(WRONG), node.output
-    for complaint, (_, words) in zip(node.complaints, WRONG, strict=True):
-        assert re.search(words, complaint)

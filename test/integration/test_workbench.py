@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import re
 import signal
-import socket
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import psutil
 import pytest
 
-from support.in_process import ends
 from support.page_client import PageClient
 from support.processes import Process, Starter
 
@@ -87,19 +83,3 @@ def test_a_simulator_of_ones_own_goes_and_comes_and_outlives_the_workbench(
     assert workbench.end(signal.SIGTERM) == 0
     assert workbench.complaints == []
     assert again.running
-
-
-def test_wrong_input_is_one_line(capfd: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    with socket.socket() as other:
-        other.bind(("127.0.0.1", 0))
-        other.listen()
-        port = other.getsockname()[1]
-        for arguments, line in (
-            (("--ros-args", "-p", f"port:={port}"), rf"port: got {port}, allowed: a free .*in use"),
-            ((*ROS, "-p", "preset:=piza_multiple_toss"), "preset: .*pizza_multiple_toss"),
-            ((*ROS, "-p", f"bag:={tmp_path / 'none'}"), "bag: got"),
-            (("--ros-args", "-p", "prot:=1"), "parameter: got 'prot'.*Did you mean port"),
-        ):
-            code, _, (told,) = ends(capfd, "workbench", *arguments)
-            assert code == 2
-            assert re.match(f"workbench: {line}", told)

@@ -2,7 +2,7 @@
 
     python test/support/without_ros.py basins --ros-args -p width:=8
     python test/support/without_ros.py basins --ros-args -p width:=8 + toss_paths
-    python test/support/without_ros.py -c "from bouncing_disk_ros import simulate; ..."
+    python test/support/without_ros.py -c "from bouncing_disk_ros import simulate; ..." + demo
 
 What ROS brings, its definitions of messages too, is not found. Several command lines may stand
 there, with a + in between (see several.py).
@@ -58,6 +58,7 @@ def main() -> int | None:
     hide_ros()
     if sys.argv[1] == "-c":
         exec(compile(sys.argv[2], "<code>", "exec"), {"__name__": "__main__"})
+        run_all(sys.argv[sys.argv.index("+") + 1 :])
         return 0
     from bouncing_disk_ros.__main__ import run
 

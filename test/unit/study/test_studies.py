@@ -1,4 +1,7 @@
-"""The studies: known numbers at small sizes, and nothing depends on how they are cut."""
+"""The studies: nothing depends on how they are cut, and rare cases have their numbers.
+
+test/reference/test_studies_by_simulation.py compares their numbers with the simulator's.
+"""
 
 from __future__ import annotations
 
@@ -27,16 +30,6 @@ def result_of(path: Path, name: str, **given: Value) -> xr.Dataset:
     found = run(named(name, **given), path / f"{name}.zarr")
     assert found is not None
     return found
-
-
-def test_basins_have_the_share_of_the_paper(tmp_path: Path) -> None:
-    found = result_of(tmp_path, "basins", axial_forcing=0.45, width=120, height=120)
-    share = dict(zip(found["attractor_name"].values, found["fraction"].values, strict=True))
-    error = float(found["fraction_uncertainty"].max())
-    assert share["period-1"] == pytest.approx(0.347, abs=4.0 * error)
-    assert sum(share.values()) + float(found["unresolved_fraction"]) == pytest.approx(1.0)
-    assert "mean_speed" not in found
-    assert "parameter_angular_forcing" not in found.attrs, "it plays no part"
 
 
 def test_loops_do_not_depend_on_how_they_are_cut(
@@ -189,29 +182,6 @@ def test_starts_show_what_coexists(tmp_path: Path) -> None:
     np.testing.assert_allclose(speeds, math.cos(period_1 - 0.4), rtol=1e-9)
     branch = branch_of(whole)
     assert branch.forcing_phase.shape == (6, 7, 20)
-
-
-def test_a_map_of_parameters_shows_the_cascade(tmp_path: Path) -> None:
-    whole = result_of(tmp_path, "parameter_map", **PLANE)
-    assert whole["period"].dims == ("restitution", "axial_forcing")
-    assert "parameter_restitution" not in whole.attrs, "it plays no part"
-    line = whole.sel(restitution=0.5)
-    # 0.25, 0.29: rest; 0.33: contact (no period-1 orbit below 1/3); then up to the period 2
-    assert line["kind"].values.tolist() == [0, 0, 1, 2, 2, 2, 2, 2]
-    assert line["period"].values[3:].tolist() == [1, 1, 1, 2, 2]
-    period_1 = line["axial_forcing"].values[3:6]
-    speeds = 0.5 / 1.5 / period_1  # eq. 4 at θ = 0: cos τ
-    np.testing.assert_allclose(line["mean_speed"].values[3:6], speeds, rtol=1e-9)
-
-
-def test_shares_of_a_value_add_up_and_name_the_best_lag(tmp_path: Path) -> None:
-    found = result_of(tmp_path, "basin_shares", begin=0.2, end=0.45, count=2, samples=24)
-    np.testing.assert_allclose(found["fraction"].values.sum(axis=1), 1.0, rtol=1e-12)
-    assert found["fraction"].values[0, 0] == 1.0  # Γ < 1/π: all comes to rest
-    assert math.isnan(float(found["best_phase_lag"][0]))
-    # period 1: θ = −τ_imp, where the disk turns at ωΦ
-    assert float(found["best_phase_lag"][1]) == pytest.approx(-math.acos(1.0 / 1.35), abs=1e-4)
-    assert float(found["best_speed"][1]) == pytest.approx(1.0, abs=1e-8)
 
 
 def test_attractors_that_the_search_missed_are_found_from_open_starts(tmp_path: Path) -> None:

@@ -31,14 +31,6 @@ def test_newer_work_makes_older_work_obsolete() -> None:
     assert done == [("first", True), ("last", False)]
 
 
-def test_asking_again_when_all_is_done() -> None:
-    latest, done = LatestWork(), []
-    for number in range(3):
-        latest.ask(lambda _, number=number: done.append(number))  # type: ignore[misc]
-        latest.join()
-    assert done == [0, 1, 2]
-
-
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_an_error_ends_one_piece_of_work_alone() -> None:
     latest, done = LatestWork(), []

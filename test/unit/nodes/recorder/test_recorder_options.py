@@ -64,11 +64,6 @@ def test_all_but_hidden_ones() -> None:
     assert selection(all=True, topics="/a/_b").wants("/a/_b")
 
 
-def test_a_broken_expression_is_refused() -> None:
-    with pytest.raises(InputError, match=r"regex: got '\(', allowed: a regular expression"):
-        selection(regex="(")
-
-
 def test_sizes_are_in_megabytes() -> None:
     options = writer_options(values(max_size=1.5, compression="lz4"))
     assert (options.max_size, options.compression) == (1_500_000, "lz4")
