@@ -6,11 +6,12 @@ import os
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 import xarray as xr
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.study import Study, open_result, run
+from bouncing_disk_ros.study import Arrays, Study, open_result, run
 from bouncing_disk_ros.study.lock import exclusive_lock, token_of
 from reference.cases import FIRST, examples
 from support.coverage import in_soak
@@ -114,3 +115,26 @@ def test_locks_and_results_follow_no_link(tmp_path: Path) -> None:
     run(Products(VALUES), path)
     assert mine.read_text() == (folder / "mine").read_text() == "keep"
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["folder", "mine", "r.zarr"]
+
+
+def test_what_all_parts_need_is_not_replaced_by_another_and_leaves_nothing_if_it_fails(
+    tmp_path: Path,
+) -> None:
+    class Refused(Products):
+        def context(self) -> Arrays:
+            raise InputError("factor", 0.5, "another")
+
+    class Longer(Products):
+        def context(self) -> Arrays:
+            return {"factor": np.array([0.5, 1.0])}
+
+    with pytest.raises(InputError, match="factor"):
+        run(Refused(VALUES), tmp_path / "r.zarr")
+    assert list(tmp_path.iterdir()) == []
+    run(Products(VALUES), tmp_path / "r.zarr")
+    (tmp_path / "r.zarr/context/bytes/c/0").unlink()
+    with (
+        pytest.warns(RuntimeWarning, match="what all parts need"),
+        pytest.raises(InputError, match="is another here"),
+    ):
+        run(Longer(VALUES), tmp_path / "r.zarr")
