@@ -31,12 +31,17 @@ def first_values(
 
     Each impact is u - ṡ = -ε(v - ṡ), with take-off u and landing v from times and s alone. Flights
     across a contact or a false hit break some of these equations by far. So from the least absolute
-    errors for each ε the weights of the equations fall with the squares of their errors, and the
-    least mean logarithm of the errors is the best. `phase`: φ, if it is known. `told` (N - 2):
-    which impacts have flights on both sides.
+    errors for each ε the weights of the equations fall with the squares of their errors. Of their
+    ends and of the minima of the absolute errors, the least mean logarithm of errors is the best.
+    `phase`: φ, if it is known. `told` (N - 2): which impacts have flights on both sides.
     """
     equations = _Equations(times, frequency, gravity, told)
-    errors, found = _redescended(equations, _fitted(equations, phase)[1], phase)
+    costs, values = _fitted(equations, phase)
+    around = np.pad(costs, 1, constant_values=np.inf)
+    lowest = values[costs <= np.minimum(around[:-2], around[2:])]
+    errors, found = _redescended(equations, values, phase)
+    errors = np.vstack([errors, np.abs(equations.errors(lowest, _towards(phase))[0])])
+    found = np.vstack([found, lowest])
     scale = max(float(np.median(errors, axis=1).min()), _ROUNDING * equations.size)
     chosen: list[Array] = []
     for one in found[np.argsort(np.log(errors + scale).mean(axis=1), kind="stable")]:
