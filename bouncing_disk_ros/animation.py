@@ -40,7 +40,7 @@ def write_animation(
     frequency: float,
     real_time_factor: float | None,
 ) -> None:
-    """Draw samples of a run (`run.simulate.SAMPLE_DTYPE`) frame by frame into a GIF.
+    """Draw samples of a run (`core.model.SAMPLE_DTYPE`) frame by frame into a GIF.
 
     Raises InputError for too few samples, too many frames, another kind of file.
     """

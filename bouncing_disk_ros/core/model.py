@@ -114,6 +114,11 @@ class Sample(NamedTuple):
         return (later.axial_position - self.axial_position) / seconds, turned / seconds
 
 
+_INTEGERS = {"time_ns": "<i8", "phase": "u1", "cycles": "<i8", "turns": "<i8"}
+SAMPLE_DTYPE = np.dtype([(name, _INTEGERS.get(name, "<f8")) for name in Sample._fields])
+"""One sample as a row."""
+
+
 class Energy(NamedTuple):
     """Energy ledger since the start or the last reset, J; each is computed by itself."""
 

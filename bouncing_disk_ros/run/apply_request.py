@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from bouncing_disk_ros.run.command_validation import (
     ImpulseRequest,
@@ -16,7 +16,6 @@ from bouncing_disk_ros.run.command_validation import (
     validate_impulse,
     validate_programme,
 )
-from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.trajectory_validation import (
     TrajectoryRequest,
     describe_trajectory,
@@ -25,8 +24,11 @@ from bouncing_disk_ros.run.trajectory_validation import (
 )
 from bouncing_disk_ros.units import NS
 
+if TYPE_CHECKING:
+    from bouncing_disk_ros.run.session import Session
+
 Request = ProgrammeRequest | TrajectoryRequest | ImpulseRequest
-Arrive = Callable[[], tuple[Session, Instant]]
+Arrive: TypeAlias = "Callable[[], tuple[Session, Instant]]"
 """Gives the session and the instant of arrival; called once all else about a request is right."""
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.model import Energy, Motion, Sample, join_rows
+from bouncing_disk_ros.core.model import SAMPLE_DTYPE, Energy, Motion, join_rows
 from bouncing_disk_ros.errors import FailedError, InputError, closest
 from bouncing_disk_ros.parameters import Value, plain
 from bouncing_disk_ros.run.apply_request import apply_request
@@ -31,10 +31,6 @@ from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import Grid, TimeMap
 from bouncing_disk_ros.run.trajectory_validation import instant, trajectory_of
 from bouncing_disk_ros.units import NS
-
-_INTEGERS = {"time_ns": "<i8", "phase": "u1", "cycles": "<i8", "turns": "<i8"}
-SAMPLE_DTYPE = np.dtype([(name, _INTEGERS.get(name, "<f8")) for name in Sample._fields])
-"""One sample as a row; the fields are those of `core.model.Sample`."""
 
 MOST_SAMPLES = 10_000_000
 """Samples of one run: 1.4 GB."""

@@ -15,13 +15,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Sample, join_rows
+from bouncing_disk_ros.core.model import (
+    SAMPLE_DTYPE,
+    Disk,
+    InitialState,
+    Motion,
+    Sample,
+    join_rows,
+)
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.input_replay import advance_to, apply, restored, steps
 from bouncing_disk_ros.run.replay_check import Difference, row_difference
-from bouncing_disk_ros.run.simulate import SAMPLE_DTYPE
 from bouncing_disk_ros.run.time_map import nanoseconds
 from bouncing_disk_ros.units import NS
 

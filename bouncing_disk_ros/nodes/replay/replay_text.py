@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 import bouncing_disk_ros
 from bouncing_disk_ros.errors import InputError, counted
-from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, ReplayedBag
 from bouncing_disk_ros.report.orbit import orbit_of
 from bouncing_disk_ros.run.input_replay import Gap
-from bouncing_disk_ros.run.replay_check import Replay
 from bouncing_disk_ros.run.what_if import SPEED_SECONDS, Changes, Trace, TwoRuns, what_if
 from bouncing_disk_ros.units import NS
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, ReplayedBag
+    from bouncing_disk_ros.run.replay_check import Replay
 
 
 def run_lines(number: int, run: Replay) -> list[str]:

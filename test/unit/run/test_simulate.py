@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros import parameters, simulate
-from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, SAMPLE_DTYPE, Disk
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.run.presets import load_preset, preset_names
