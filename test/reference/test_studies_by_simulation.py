@@ -1,7 +1,7 @@
 """Studies at random options beside single runs of the simulator, which know nothing of them.
 
-Diagrams and shares follow the map step by step: its steps have the stepper's bits
-(test_rotation_map.py), and their results are pinned. Tosses are in test_toss.py.
+A diagram follows the map step by step: its steps have the stepper's bits (test_rotation_map.py),
+and its results are pinned. Tosses are in test_toss.py.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from support.studied_motor import attack_motor
 
 ATTACKS: dict[str, Callable[[np.random.Generator, Path], list[str]]] = {
     "basins": studied.attack_basins,
+    "basin_shares": studied.attack_basin_shares,
     "resilience": studied.attack_resilience,
     "parameter_map": studied.attack_parameter_map,
     "motor": attack_motor,

@@ -376,3 +376,49 @@ def _sort_of(one: Seen, cycles: int, period: int) -> int:
         ):
             return 2 if n == period or not period else -2
     return 3
+
+
+def attack_basin_shares(rng: np.random.Generator, path: Path) -> list[str]:
+    """Shares of the window by kind of attractor, and of its starts that come to contact."""
+    platform, n = platform_of(rng), 3
+    platform["restitution"] = max(platform["restitution"], 0.05)  # else contact leaves no row
+    low, forcing = -float(rng.uniform(1.0, 5.0)), platform["axial_forcing"]
+    options = {"along": "axial_forcing", "begin": forcing, "end": forcing, "count": 1,
+               "restitution": platform["restitution"], "samples": n,
+               "velocity_begin": low}  # fmt: skip
+    result = computed("basin_shares", path, **options)
+    shares = result["fraction"].values[0]
+    by_kind = np.array([shares[0], shares[1], shares[2] + shares[3], shares[4]])
+    of_contact, unknown = float(result["share_in_contact"].values[0]), float(shares[5])
+    direct = float(np.nansum(result["share_without_contact"].values[0]))
+    said = []
+    if abs(direct + of_contact + unknown - 1.0) > 1e-9:
+        said.append(f"{direct} without contact, {of_contact} with it, {unknown} unresolved")
+    if abs(float(np.nansum(result["share_of_attractor"].values[0])) + unknown - 1.0) > 1e-9:
+        said.append(f"shares of attractors {result['share_of_attractor'].values[0]}")
+    starts = [Start(math.tau * (j + 0.5) / n, low * (1.0 - (i + 0.5) / n))
+              for i in range(n) for j in range(n)]  # fmt: skip
+    ends = [_end_of(platform, start) for start in starts]
+    known = [end for end in ends if end is not None]
+    room = len(ends) - len(known) + unknown * n**2 + 1e-6
+    for kind, share in enumerate(by_kind):
+        sure = sum(end[0] == kind for end in known)
+        if not -room <= share * n**2 - sure <= room:
+            said.append(f"kind {kind}: {share}, {sure} of {len(known)} seen")
+    sure = sum(end[1] for end in known)
+    if not -room <= of_contact * n**2 - sure <= room:
+        said.append(f"share in contact {of_contact}, {sure} of {len(known)} seen")
+    return [f"basin_shares({options}): {one}" for one in said]
+
+
+def _end_of(given: Options, start: Start) -> tuple[int, bool] | None:
+    """Kind of the end of a run, and whether contact comes; None: runs close by differ, or slow."""
+    runs = [seen(given, start._replace(tau=start.tau + d), 1500) for d in (0.0, NEAR, -NEAR)]
+    ends = {(_sort_of(one, 0, 0), bool(len(one.tails)) or one.ends_in_contact) for one in runs}
+    if len(ends) > 1 or not all(one.whole for one in runs):
+        return None
+    end = ends.pop()
+    last = min(len(one.w) for one in runs) - 1
+    if end[0] == 3 and np.ptp([one.w[last] for one in runs]) < ON:  # slow, or long
+        return None
+    return end
