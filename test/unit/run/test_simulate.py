@@ -16,7 +16,6 @@ from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.run.presets import load_preset, preset_names
 from bouncing_disk_ros.run.programmes import as_simulated, load_programme
 from bouncing_disk_ros.run.session import motion_of
-from bouncing_disk_ros.run.simulate import SAMPLE_DTYPE
 
 
 def axial_forcing(values: dict[str, parameters.Value]) -> float:
