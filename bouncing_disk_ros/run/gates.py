@@ -77,10 +77,6 @@ class Voices:
         self._current: dict[int, int] = {}  # the publisher by controller
         self._former: dict[int, set[int]] = {}
 
-    def is_known(self, controller: int) -> bool:
-        """Whether a publisher has spoken for the controller."""
-        return controller in self._current
-
     def hear(self, controller: int, number: int) -> tuple[bool, bool]:
         """Take an answer; whether its publisher is another than before, and spoke earlier."""
         current = self._current.get(controller)
