@@ -258,9 +258,9 @@ def search_impact(
             jet = (h, h1, h2, h3, h4)
             d, w = _impact_ahead(motion, launch, d, jet, horizon)
             return d, w, i
-        step = 1e-9 / motion.omega_max
-        if h != 0.0 or h1 != 0.0:
-            step = safe_step(h, h1, -h2, curvature, over.s3)
+        step = safe_step(h, h1, -h2, curvature, over.s3)
+        if step == 0.0 and h1 >= 0.0:  # next to no speed, or none
+            step = 1e-9 / motion.omega_max
         if h1 < 0.0 and step <= 4.0 * ROUNDING * d:
             return d + step, h1, i
         d = min(max(d + step, d * (1.0 + 4.0 * ROUNDING)), over.until)

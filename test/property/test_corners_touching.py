@@ -171,6 +171,17 @@ def test_9_bounces_too_small_for_the_clock_neither_hang_nor_lose_the_disk(
     assert len(rows) == 1 or restitution > 1e-100
 
 
+def test_9_a_bounce_of_the_smallest_speed_leaves_a_platform_that_falls_away() -> None:
+    """u = ε w is 1.5e-323 m/s: a step that it allows is rounded to 0."""
+    disk = Disk(0.3, 5e-324, 0.0, 0.12, 0.106, 9.81, preload=-0.125 * 0.3 * 9.81)
+    motion = Motion(0.08673944398508296, 0.0, 3.0, 0.0)
+    disks = disk, disk._replace(restitution=0.0)
+    runs = [Simulation(motion, one, InitialState()) for one in disks]
+    times = [run.advance(2 * SECOND)[0]["time"] for run in runs]
+    assert len(times[0]) > 0
+    np.testing.assert_allclose(times[0], times[1], rtol=0, atol=1e-12)
+
+
 # 10 --------------------------------------------------------------------------------------------
 
 

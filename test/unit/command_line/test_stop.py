@@ -98,6 +98,7 @@ def handlers() -> Iterator[None]:
 def test_work_is_interrupted_or_looks_for_a_signal(handlers: None, number: int) -> None:
     """Also where a shell in the background had SIGINT ignored."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)  # the tests may run under nohup
     stop = Stop("it", ExitCode.INTERRUPTED).install()
     stop.answer = Answer.NOTE
     signal.raise_signal(number)
