@@ -358,14 +358,16 @@ def is_fixed(name: str, *, is_configured: bool) -> bool:
 
 
 def checked_change(
-    change: Mapping[str, object], values: Mapping[str, Value], *, is_configured: bool
+    change: Iterable[tuple[str, object]], values: Mapping[str, Value], *, is_configured: bool
 ) -> dict[str, Value]:
     """A change of the parameters of a run that has `values`, checked and cast.
 
-    InputError for a wrong value, and for another one of a parameter that is fixed by now.
+    `change`: names and values; a name may come twice, then the last value holds. InputError for a
+    wrong value, and for another one of a parameter that is fixed by now.
     """
-    found = checked(change)
-    for name, value in found.items():
+    found: dict[str, Value] = {}
+    for name, given in change:
+        value = found[name] = spec_of(name).checked(given)
         if value != values[name] and is_fixed(name, is_configured=is_configured):
             hint = f"Give it at start: --ros-args -p {name}:=..."
             if TABLE[name].while_unconfigured:

@@ -152,11 +152,11 @@ class ValidatedParameters:
                 raise InputError(change.name, None, allowed, "It cannot be deleted.")
             if change.name == "use_sim_time" and change.value is not False:
                 raise InputError("use_sim_time", change.value, "true or false")
-        own = {
-            change.name: change.value
+        own = [
+            (change.name, change.value)
             for change in changes
             if not (is_rclpy_parameter(change.name) and self._node.has_parameter(change.name))
-        }
+        ]
         parameters.checked_change(own, self.values, is_configured=self._is_configured())
 
     def _validate(self, changes: Sequence[Parameter]) -> SetParametersResult:

@@ -242,7 +242,7 @@ class LocalLink(RunLink):
 
     def _set(self, values: dict[str, Any]) -> None:
         configured = self._run is not None
-        found = parameters.checked_change(values, self._values, is_configured=configured)
+        found = parameters.checked_change(values.items(), self._values, is_configured=configured)
         self._values |= found
         if self._run is None:
             return

@@ -167,3 +167,16 @@ def test_what_does_not_fit_together_is_refused(given: dict[str, Value], words: s
             parameters.complete(given)
     else:
         assert parameters.complete(given).items() >= given.items()
+
+
+def test_each_value_of_a_change_is_checked_also_of_a_name_given_twice() -> None:
+    values = parameters.complete({})
+    change: list[tuple[str, object]] = [("restitution", 0.4), ("restitution", 0.3)]
+    assert parameters.checked_change(change, values, is_configured=True) == {"restitution": 0.3}
+    for first in (-1.0, "0.4"):
+        change[0] = ("restitution", first)
+        with pytest.raises(InputError, match=r"^restitution: got"):
+            parameters.checked_change(change, values, is_configured=True)
+    change = [("mass", 0.5), ("mass", values["mass"])]
+    with pytest.raises(InputError, match="no change while it runs"):
+        parameters.checked_change(change, values, is_configured=True)
