@@ -19,6 +19,8 @@ from numba.extending import intrinsic
 Kernel: TypeAlias = Callable[..., Any]
 
 TWO_PI = 2.0 * math.pi
+GIGA = 1e9
+"""Nanoseconds of a second, for kernels."""
 TWO_OVER_PI = 2.0 / math.pi
 # π/2 in parts: the first two have 33 bits, so that their product with |k| < 2²⁰ is exact.
 HALF_PI_1 = float.fromhex("0x1.921fb54400000p+0")

@@ -12,6 +12,7 @@ import math
 from typing import NamedTuple
 
 from bouncing_disk_ros.core.arithmetic import (
+    GIGA,
     TWO_PI,
     kernel,
     pair_product,
@@ -24,8 +25,6 @@ from bouncing_disk_ros.core.arithmetic import (
 )
 from bouncing_disk_ros.core.layout import FADE, STEADY
 from bouncing_disk_ros.core.platform import Record, phase_advance
-
-_GIGA = 1e9
 
 
 @kernel
@@ -52,7 +51,7 @@ def instant_of(motion: Record, cycles: int, tau: float) -> tuple[int, float]:
     """(ns, remainder in ns) of a forcing phase of a steady motion."""
     nh, nl = _pair_of_int(cycles - motion.cycles)
     xh, xl = pair_sum(nh, nl, (tau - motion.tau) / TWO_PI, 0.0)
-    th, tl = pair_product(xh, xl, _GIGA, 0.0)
+    th, tl = pair_product(xh, xl, GIGA, 0.0)
     qh, ql = pair_quotient(th, tl, motion.f)
     n, sub = _whole(qh, ql)
     return motion.begin_ns + n, sub
@@ -67,7 +66,7 @@ def phase_of(motion: Record, ns: int, sub: float) -> tuple[int, float]:
     if motion.kind == FADE:
         yh, yl = _faded_cycles(motion, th, tl)
         xh, xl = pair_sum(xh, xl, yh, yl)
-    xh, xl = pair_quotient(xh, xl, _GIGA)
+    xh, xl = pair_quotient(xh, xl, GIGA)
     n, part = _whole(xh, xl)
     tau = motion.tau + TWO_PI * part
     if tau >= TWO_PI:
@@ -95,7 +94,7 @@ def _faded_cycles(motion: Record, th: float, tl: float) -> tuple[float, float]:
 @kernel
 def later(ns: int, sub: float, d: float) -> tuple[int, float]:
     """The instant d seconds after ns + sub."""
-    h, e = two_product(d, _GIGA)
+    h, e = two_product(d, GIGA)
     h, f = two_sum(h, sub)
     n, rest = _whole(h, e + f)
     return ns + n, rest
@@ -104,7 +103,7 @@ def later(ns: int, sub: float, d: float) -> tuple[int, float]:
 @kernel
 def seconds_between(ns0: int, sub0: float, ns1: int, sub1: float) -> float:
     """Seconds from the first instant to the second."""
-    return (float(ns1 - ns0) + (sub1 - sub0)) / _GIGA
+    return (float(ns1 - ns0) + (sub1 - sub0)) / GIGA
 
 
 @kernel
@@ -115,7 +114,7 @@ def elapsed(motion: Record, ns: int, sub: float) -> float:
     """
     if motion.kind == STEADY:
         return 0.0
-    return min((float(ns - motion.origin_ns) + sub) / _GIGA, motion.fade_end)
+    return min((float(ns - motion.origin_ns) + sub) / GIGA, motion.fade_end)
 
 
 @kernel

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.arithmetic import (
+    GIGA,
     TWO_PI,
     kernel,
     pair_sum,
@@ -44,7 +45,6 @@ Six = tuple[float, float, float, float, float, float]
 
 PAST_END = 4.0
 """ns: how far past its end a segment is followed (events are searched a little past a boundary)."""
-_GIGA = 1e9
 _SLACK = 2e-15  # of the sum of a polynomial's coefficients: the rounding of its bounds
 
 _JUST_PAST = 1.0 + 1e-9  # more than half a period ahead lies the zero that has just been
@@ -103,7 +103,7 @@ def offset_at(table: Table, duration: float, time: float) -> Six:
     """Derivatives 0 to 5 of a segment of `duration` ns, `time` s after its begin, to rounding."""
     if table is None:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    t, more = two_product(time, _GIGA)
+    t, more = two_product(time, GIGA)
     x = t / duration
     p, e = two_product(x, duration)
     rest = (((t - p) - e) + more) / duration  # of the quotient
@@ -146,8 +146,8 @@ def offset_bounds(
     """
     if table is None:
         return 0.0, 0.0, 0.0
-    x0 = begin * _GIGA / duration
-    x1 = max(x0, min(end * _GIGA, duration + PAST_END) / duration)
+    x0 = begin * GIGA / duration
+    x1 = max(x0, min(end * GIGA, duration + PAST_END) / duration)
     a, b = table[4, 0, 0], table[4, 1, 0]
     s4 = max(abs(a + b * x0), abs(a + b * x1))
     s4 += _SLACK * (abs(a) + abs(b))
@@ -380,7 +380,7 @@ def moved_motion(
 
     `table` of a segment that lasts `span` s (`offset_at`); not `moves`: it adds nothing.
     """
-    m, duration = motion, span * _GIGA
+    m, duration = motion, span * GIGA
     kind, top, fastest = STEADY, m.top, m.omega
     s2 = s3 = s4 = 0.0
     if moves:

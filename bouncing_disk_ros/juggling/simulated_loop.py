@@ -24,8 +24,7 @@ from bouncing_disk_ros.juggling.loop_settings import Array, Sensor, period_one_p
 from bouncing_disk_ros.juggling.loop_verdict import Verdict, verdict_of
 from bouncing_disk_ros.juggling.target_orbit import mean_rotor_speed
 from bouncing_disk_ros.maps.scales import axial_forcing_of, velocity_scale
-
-_GIGA = 10**9
+from bouncing_disk_ros.units import NS
 
 
 @dataclass
@@ -64,7 +63,7 @@ def hear_row(
         return None
     impact = heard_of(row)
     off = sensor.jitter * (2.0 * draw(sensor.seed, start, 2 * number + 1) - 1.0)
-    known_ns = math.ceil((impact.time + (sensor.delay + sensor.jitter) / frequency) * _GIGA)
+    known_ns = math.ceil((impact.time + (sensor.delay + sensor.jitter) / frequency) * NS)
     return known_ns, impact._replace(time=impact.time + off / frequency)
 
 
@@ -79,7 +78,7 @@ def run_loop(
     """
     sensor = sensor or Sensor()
     motion, disk = simulation.latest_target, simulation.disk
-    period_ns = _GIGA / motion.frequency
+    period_ns = NS / motion.frequency
     end_ns = simulation.time_ns + round(periods * period_ns)
     parts: list[NDArray[np.void]] = []
     commands: list[OffsetTrajectory] = []

@@ -3,7 +3,8 @@
 Units of the next-collision map: time 1/ω (so that an instant is a forcing phase, never wrapped),
 length πg/ω². A plan is an array (ROWS, COLUMNS): each piece with its begin, its duration, the state
 at its end and the table that the core reads of it (`core.platform.offset_at`). A piece is in force
-until the next one begins; a piece that is over before has led the offset to nothing.
+until the next one begins; a piece that is over before has led the offset to nothing. The core
+counts the duration of a piece in 1e-9 of its unit of time.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel
+from bouncing_disk_ros.core.arithmetic import GIGA, kernel, rare_kernel
 from bouncing_disk_ros.core.layout import OFFSET_DEGREE
 from bouncing_disk_ros.core.platform import offset_at, offset_bounds
 
@@ -25,8 +26,6 @@ BEGIN, DURATION, END, TABLE = 0, 1, 2, 5
 """Columns: begin, duration, position, velocity and acceleration at the end, then the table."""
 SIZE = OFFSET_DEGREE + 1
 ROWS, COLUMNS = 12, TABLE + SIZE * SIZE * 2
-GIGA = 1e9
-"""The core counts the duration of a piece in 1e-9 of its unit of time."""
 KEPT = 5
 """Pieces that are over or in force, which a new plan keeps: impacts may be heard late."""
 _SAMPLES = 32  # of a piece, where its largest position is looked for
