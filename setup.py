@@ -102,6 +102,8 @@ setup(
             "selenium",  # a browser that draws the page of the workbench
             "heyoka",  # Taylor integration with events
             "jax",  # the algorithm of the lanes on arrays, compiled for them
+            "pynamicalsys",  # Lyapunov exponents of the same map
+            "rebound",  # an archive that gives the state at any instant
         ],
         # selenium drives a browser, foxglove-sdk knows what a layout may say, mujoco runs a case
         "interop": ["cyclonedds", "foxglove-sdk", "mujoco", "rerun-sdk", "selenium"],

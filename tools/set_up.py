@@ -30,7 +30,7 @@ INGREDIENTS = ("constraints.txt", "setup.py")
 PARTS = {
     "run": (("ros", "prove", "netcdf"), 235, 930),
     "test": (("test", "ci", "docs"), 115, 490),
-    "bench": (("bench",), 195, 620),
+    "bench": (("bench",), 210, 680),
     "interop": (("interop",), 235, 710),
 }
 #: what a make target asks for -> the parts that it needs

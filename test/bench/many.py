@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bench import basin_map
 from bench.axial import REGIMES, RESTITUTION, Regime, starts
 from bench.c_reference import CLanes, CReference
-from bench.lyapunov import lyapunov_runs
+from bench.lyapunov import PYNAMICALSYS, lyapunov_runs
 from bench.many_references import ByHeyoka, ByJax, by_numpy, by_scipy, missing
 from bench.table import Aim, Row, compared
 from bench.turns import Run, interleaved
@@ -130,8 +130,15 @@ def _lyapunov(regime: Regime) -> list[Row]:
     times = interleaved(lyapunov_runs(regime), ROUNDS)
     where = f"Γ = {regime.axial_forcing} ({regime.name})"
     named = {f"Lyapunov, {name}": found for name, found in times.items()}
-    ratio = ("Lyapunov, lanes", "Lyapunov, scalar", "Lyapunov, lanes / scalar", Aim(0.1))
-    return compared(PART, where, "ns an impact", named, [ratio])
+    ratios = [
+        ("Lyapunov, lanes", "Lyapunov, scalar", "Lyapunov, lanes / scalar", Aim(0.1)),
+        *(
+            (f"Lyapunov, {PYNAMICALSYS}", f"Lyapunov, {own}", f"Lyapunov, {PYNAMICALSYS} / {own}",
+             None)
+            for own in ("scalar", "lanes")
+        ),
+    ]  # fmt: skip
+    return compared(PART, where, "ns an impact", named, ratios)
 
 
 def measure(folder: Path) -> tuple[list[Row], list[str]]:
@@ -141,7 +148,7 @@ def measure(folder: Path) -> tuple[list[Row], list[str]]:
     for regime in REGIMES:
         more, notes = _trajectories(regime, folder)
         rows += more + _lyapunov(regime)
-        skipped |= set(notes)
+        skipped |= {*notes, missing(PYNAMICALSYS)} - {""}
     for axial_forcing in (0.45, 0.55):
         rows += basin_map.measure(axial_forcing, folder)
     return rows, [f"skipped among many trajectories: {why}" for why in sorted(skipped)]

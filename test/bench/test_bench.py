@@ -28,6 +28,7 @@ def test_bench(start: Starter, tmp_path: Path, capsys: pytest.CaptureFixture[str
         bags,
         beside,
         ceiling,
+        long_runs,
         many,
         motor,
         node,
@@ -57,6 +58,7 @@ def test_bench(start: Starter, tmp_path: Path, capsys: pytest.CaptureFixture[str
     noted: tuple[Callable[[], tuple[list[Row], list[str]]], ...] = (
         lambda: per_impact.measure(tmp_path),
         lambda: many.measure(tmp_path),
+        lambda: long_runs.measure(tmp_path),
         lambda: widths.measure(tmp_path),
         studies.measure,
     )
