@@ -193,9 +193,9 @@ class StudyWork:
         from bouncing_disk_ros.study.from_run import of_preset, read_bag, wanted
 
         specs = wanted(self._definition, own, self._given)
-        if preset:
-            return of_preset(preset, specs)
         loads = "load_torque" in self._definition.table
+        if preset:
+            return of_preset(preset, specs, takes_loads=loads)
         found = read_bag(bag, namespace or None, specs, takes_loads=loads)
         print(f"{self._name}: {found.text}", flush=True)
         for warning in found.warnings:

@@ -15,7 +15,12 @@ from tqdm import tqdm
 from bouncing_disk_ros import bag, parameters
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import FailedError, InputError
-from bouncing_disk_ros.maps.scales import MAP_PARAMETERS, angular_forcing_of, axial_forcing_of
+from bouncing_disk_ros.maps.scales import (
+    MAP_PARAMETERS,
+    acceleration,
+    angular_forcing_of,
+    axial_forcing_of,
+)
 from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.report.read_run import BagRun, ReadOptions
 from bouncing_disk_ros.report.run_record import RunRecord
@@ -28,8 +33,12 @@ from bouncing_disk_ros.units import NS
 NEEDED = ("disk/inputs", "platform/motion", "disk/impacts", "disk/rotor_speed")
 
 
-_DECIDED_BY = {"axial_forcing": "axial_amplitude", "angular_forcing": "angular_amplitude"}
-"""What a preset must have to decide a number without dimensions."""
+_DECIDED_BY = {
+    "axial_forcing": ("axial_amplitude",),
+    "angular_forcing": ("angular_amplitude",),
+    "gravity": ("gravity", "preload"),
+}
+"""What decides a number that follows from several: a preset must have one of these."""
 RECORDED = (*MAP_PARAMETERS, *Motion._fields, *Disk._fields)
 """What a run has, by `numbers`."""
 
@@ -54,18 +63,22 @@ def wanted(
     }
 
 
-def of_preset(name: str, wanted: Mapping[str, Spec]) -> dict[str, Value]:
+def of_preset(
+    name: str, wanted: Mapping[str, Spec], *, takes_loads: bool = False
+) -> dict[str, Value]:
     """The options of a study that are `wanted` and that a preset decides.
+
+    `takes_loads`: as in `numbers`.
 
     Raises InputError for a preset that cannot be read, or whose values the study cannot use.
     """
     preset = load_preset(name)
     whole = parameters.complete(preset)
-    values = numbers(motion_of(whole), Disk(*(float(whole[field]) for field in Disk._fields)))
+    values = numbers(motion_of(whole), Disk.of(whole), takes_loads=takes_loads)
     return {
         key: _checked(name, "preset", spec, float(values[key]))
         for key, spec in wanted.items()
-        if _DECIDED_BY.get(key, key) in preset
+        if not preset.keys().isdisjoint(_DECIDED_BY.get(key, (key,)))
     }
 
 
@@ -76,7 +89,7 @@ def read_bag(
 
     It is that of the last run in the bag, with the disk in force then.
 
-    `takes_loads`: the study knows load and brake torque, so that nothing is left out.
+    `takes_loads`: as in `numbers`; nothing is left out then.
 
     Raises InputError for a bag that is damaged or without one, or whose values the study cannot
     use; FailedError when the disk fails.
@@ -89,7 +102,7 @@ def read_bag(
         raise FailedError(f"{path}: {error}") from None
     segment = _last_moving(steady, path, wanted)
     assert segment.motion is not None
-    values = numbers(segment.motion, segment.disk)
+    values = numbers(segment.motion, segment.disk, takes_loads=takes_loads)
     taken = {
         name: _checked(path, "bag", spec, float(values[name])) for name, spec in wanted.items()
     }
@@ -152,8 +165,13 @@ def _last_moving(steady: Sequence[Segment], path: str, wanted: Collection[str]) 
     raise InputError("bag", path, allowed, "Give the options themselves instead.")
 
 
-def numbers(motion: Motion, disk: Disk) -> dict[str, float]:
-    """A motion and a disk, and what they amount to; nan and inf without gravity or friction."""
+def numbers(motion: Motion, disk: Disk, *, takes_loads: bool = False) -> dict[str, float]:
+    """A motion and a disk, and what they amount to; nan and inf without gravity or friction.
+
+    `takes_loads`: the study knows preload, load and brake torque. For another one the preload is
+    part of gravity: g + P/m.
+    """
+    gravity = disk.gravity if takes_loads else acceleration(disk)
     return {
         "axial_forcing": axial_forcing_of(motion, disk),
         "restitution": disk.restitution,
@@ -161,6 +179,7 @@ def numbers(motion: Motion, disk: Disk) -> dict[str, float]:
         "angular_forcing": angular_forcing_of(motion, disk),
         **motion._asdict(),
         **disk._asdict(),
+        "gravity": gravity,
     }
 
 

@@ -14,11 +14,12 @@ from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.resilience_studies.resilience.picture import impulse_unit
 from bouncing_disk_ros.study import open_result
 from bouncing_disk_ros.study.bifurcation.options import DEFINITION
 from bouncing_disk_ros.study.command import run_command
 from bouncing_disk_ros.study.definition import definition_of
-from bouncing_disk_ros.study.from_run import RECORDED, numbers, read_bag, wanted
+from bouncing_disk_ros.study.from_run import RECORDED, numbers, of_preset, read_bag, wanted
 from support.recorded import NS, RecordedRun, period_one_bag
 
 WANTED = {name: DEFINITION.options[name] for name in MAP_PARAMETERS}
@@ -64,8 +65,22 @@ def test_a_study_takes_what_a_run_has_unless_it_is_given_or_does_nothing(
 def test_a_preload_counts_as_gravity() -> None:
     pressed = numbers(MOTION, DISK._replace(preload=0.25 * 3.0))
     heavy = numbers(MOTION, DISK._replace(gravity=12.0))
-    for name in MAP_PARAMETERS:
+    for name in (*MAP_PARAMETERS, "gravity"):
         assert pressed[name] == pytest.approx(heavy[name])
+    assert numbers(MOTION, DISK._replace(preload=0.75), takes_loads=True)["gravity"] == 9.0
+
+
+def test_impulses_in_si_units_are_those_of_the_preload(tmp_path: Path) -> None:
+    """Of the preset swum, whose preload is 4500 times the weight of the rotor: m π (g + P/m)/ω."""
+    wished = wanted(definition_of("resilience"), {"along": "restitution", "count": 2}, ())
+    preset = of_preset("swum", wished)
+    assert preset["gravity"] == pytest.approx(9.80665 + 22.3 / 5e-4)
+    run = str(period_one_bag(tmp_path / "run", 1.0, preload=0.5))
+    assert read_bag(run, None, wished).values["gravity"] == pytest.approx(10.0 + 0.5 / 0.25)
+    for values in (preset, read_bag(run, None, wished).values):
+        result = xr.Dataset(attrs={f"parameter_{name}": one for name, one in values.items()})
+        width = math.pi * float(values["gravity"]) / (math.tau * float(values["frequency"]))
+        assert impulse_unit(result) == pytest.approx(float(values["mass"]) * width)
 
 
 def test_the_last_steady_motion_and_its_disk_are_taken(tmp_path: Path) -> None:
