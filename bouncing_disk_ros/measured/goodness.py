@@ -18,10 +18,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.measured.kernels.chains import ODD
 from bouncing_disk_ros.measured.kernels.likelihood import whitened_residuals
 from bouncing_disk_ros.measured.kernels.rest_laws import FREQUENCY, PHASE, VOID
 from bouncing_disk_ros.measured.profiles import Array, Node, Profiles
-from bouncing_disk_ros.measured.sequence import ODD
 
 SEED = 20091
 _DRAWS, _NUMBERS = 2000, 2_000_000

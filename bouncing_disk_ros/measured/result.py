@@ -17,7 +17,7 @@ from bouncing_disk_ros.measured.kernels.rest_laws import AMPLITUDE, FREQUENCY, P
 from bouncing_disk_ros.measured.laws import Law, other_law
 from bouncing_disk_ros.measured.predict import Prediction
 from bouncing_disk_ros.measured.profiles import LEVEL, Array, Interval, Profiles, interval_text
-from bouncing_disk_ros.measured.told import told_by
+from bouncing_disk_ros.measured.settled_flights import told_by
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.regular_file import replaced
 from bouncing_disk_ros.run.presets import PRESET_KEY

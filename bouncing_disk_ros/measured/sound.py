@@ -2,9 +2,9 @@
 
 A hit rises above the sound before it: the energy of a short window over the mean energy of a long
 one before, in the band where hits are louder than the noise. Those that sound alike are hits
-(`likeness`), the others are not. Its onset is where the variance changes, by Akaike's criterion
-(Maeda, "A method for reading and checking phase times in autoprocessing system of seismic wave
-data", Zisin 1985), and is told better by the shape that all hits have (`alignment`).
+(`similar_sounds`), the others are not. Its onset is where the variance changes, by Akaike's
+criterion (Maeda, "A method for reading and checking phase times in autoprocessing system of seismic
+wave data", Zisin 1985), and is told better by the shape that all hits have (`alignment`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from bouncing_disk_ros.maps.distributions import chi_square_quantile, normal_qua
 from bouncing_disk_ros.measured.alignment import FEWEST, aligned
 from bouncing_disk_ros.measured.echoes import without_echoes
 from bouncing_disk_ros.measured.filters import filtered, highest, running_maximum, spectra
-from bouncing_disk_ros.measured.likeness import UNEVEN, alike
+from bouncing_disk_ros.measured.similar_sounds import UNEVEN, alike
 
 Array = NDArray[np.float64]
 SUFFIXES = {

@@ -14,6 +14,8 @@ _TURNS = 15
 """Of weights that fall with the squares of errors: values nearby come to the same minimum."""
 _ROUNDING = 1e-14
 """Of velocities."""
+_RIDGE = 1e-12
+"""Beside 1: it bounds steps along values that the equations do not tell."""
 _SAME = 1e-2
 """Parts by which values differ that have the same minimum."""
 _OFF = 0.02
@@ -121,13 +123,16 @@ def _fitted(equations: _Equations, phase: float | None) -> tuple[Array, Array]:
     towards = _towards(phase)
     found = np.zeros((len(_RESTITUTIONS), 3))
     found[:, 0] = _RESTITUTIONS
-    weights = np.ones((len(found), 1))
+    first, slopes = equations.errors(found, towards)
+    along, weights = slopes[:, :, 1:], np.ones((len(found), 1))
+    rest, place = first, np.zeros((len(found), along.shape[2], 1))
     for _ in range(_ROUNDS):
-        rest, slopes = equations.errors(found, towards)
-        found[:, 1:] += _weighted(slopes[:, :, 1:], rest, weights) @ towards.T
-        errors = np.abs(equations.errors(found, towards)[0])
+        place += _weighted(along, rest, weights)[:, :, None]
+        rest = first + (along @ place)[:, :, 0]
+        errors = np.abs(rest)
         mean = np.maximum(errors.mean(axis=1, keepdims=True), 1e-300)
         weights = mean / np.maximum(errors, 1e-3 * mean)
+    found[:, 1:] = place[:, :, 0] @ towards.T
     return mean[:, 0], found
 
 
@@ -154,11 +159,9 @@ def _weighted(slopes: Array, rest: Array, weights: Array) -> Array:
     sides = slopes * weights[:, :, None]
     matrices = np.swapaxes(slopes, 1, 2) @ sides
     sizes = np.sqrt(np.maximum(np.einsum("kii->ki", matrices), 1e-300))
-    inverse = np.linalg.pinv(
-        matrices / (sizes[:, :, None] * sizes[:, None, :]), rcond=1e-12, hermitian=True
-    )
+    scaled = matrices / (sizes[:, :, None] * sizes[:, None, :]) + _RIDGE * np.eye(sizes.shape[1])
     pulls = np.einsum("knm,kn->km", sides, rest) / sizes
-    return np.asarray(-(inverse @ pulls[:, :, None])[:, :, 0] / sizes)
+    return np.asarray(-np.linalg.solve(scaled, pulls[:, :, None])[:, :, 0] / sizes)
 
 
 def _bases(times: Array, frequency: float) -> tuple[Array, Array]:

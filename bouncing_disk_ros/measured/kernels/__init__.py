@@ -1,1 +1,1 @@
-"""What fits of measured impacts compute, compiled: the likelihood."""
+"""What fits of measured impacts compute, compiled: the likelihood, and chains of flights."""

@@ -60,23 +60,23 @@ def _equations(
     w, a = p[FREQUENCY], p[AMPLITUDE]
     if w == 0.0:
         return rest_equations(th, p, kinds, g, e, b, d)
+    o1, c1 = sin(w * th[0] + p[PHASE]), cos(w * th[0] + p[PHASE])
+    o2, c2 = sin(w * th[1] + p[PHASE]), cos(w * th[1] + p[PHASE])
     for j in range(e.size):
-        k = j + 1
-        x0, x1, x2 = th[k - 1], th[k], th[k + 1]
+        x0, x1, x2 = th[j], th[j + 1], th[j + 2]
         tm, tp = x1 - x0, x2 - x1
         if not (tm > 0.0 and tp > 0.0):
             return False
+        o0, c0, o1, c1 = o1, c1, o2, c2
+        o2, c2 = sin(w * x2 + p[PHASE]), cos(w * x2 + p[PHASE])
         if kinds[j] == VOID:
             e[j], b[j], d[:, j] = 0.0, 0.0, 0.0
             continue
-        o1, o2 = sin(w * x1 + p[PHASE]), sin(w * x2 + p[PHASE])
-        c1, c2 = cos(w * x1 + p[PHASE]), cos(w * x2 + p[PHASE])
         mean, turn, bend = a * (o2 - o1) / tp, a * w * w * o1, w * x1 * o1 - c1
         u = mean + 0.5 * g * tp - a * w * c1
         u1, u2 = (mean - a * w * c1) / tp - 0.5 * g + turn, (a * w * c2 - mean) / tp + 0.5 * g
         ua, uf = (o2 - o1) / tp - w * c1, a * ((c2 - c1) / tp + w * o1)
         uw = a * ((x2 * c2 - x1 * c1) / tp + bend)
-        o0, c0 = sin(w * x0 + p[PHASE]), cos(w * x0 + p[PHASE])
         mean = a * (o1 - o0) / tm
         v = mean - 0.5 * g * tm - a * w * c1
         v0, v1 = (mean - a * w * c0) / tm + 0.5 * g, (a * w * c1 - mean) / tm - 0.5 * g + turn
@@ -192,6 +192,17 @@ def _product(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
     return total
 
 
+@kernel
+def _moved(
+    b: NDArray[np.float64], t: NDArray[np.float64], th: NDArray[np.float64], j: int
+) -> float:
+    """How much equation j differs at times t from times th."""
+    total = 0.0
+    for m in range(3):
+        total += b[j, m] * (t[j + m] - th[j + m])
+    return total
+
+
 @rare_kernel
 def _step(
     t: NDArray[np.float64],
@@ -216,7 +227,7 @@ def _step(
     """
     n = e.size
     for j in range(n):
-        white[j] = e[j] + _product(b[j], t[j : j + 3] - th[j : j + 3])
+        white[j] = e[j] + _moved(b, t, th, j)
     _whiten(low, white)
     for i in range(by.size):
         by[i] = -_product(d[i], white) - pull[i]
@@ -451,7 +462,7 @@ def whitened_residuals(
     if not (_equations(th, p, kinds, g, white, b, every) and _factor(b, sig, rho, low) < inf):
         return False
     for j in range(n):
-        white[j] += _product(b[j], t[j : j + 3] - th[j : j + 3])
+        white[j] += _moved(b, t, th, j)
     _whiten(low, white)
     for i in range(free.size):
         d[i] = every[free[i]]

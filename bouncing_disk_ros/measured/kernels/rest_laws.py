@@ -48,9 +48,11 @@ def takeoff(duration: float, drag: float, g: float) -> tuple[float, float, float
 
 
 @rare_kernel
-def landing(duration: float, drag: float, g: float) -> tuple[float, float, float]:
-    """Landing speed of a flight, and its derivatives by the duration and by κ."""
-    u, by_time, by_drag = takeoff(duration, drag, g)
+def landing(
+    flight: tuple[float, float, float], drag: float, g: float
+) -> tuple[float, float, float]:
+    """Landing speed after a take-off, and its derivatives by the duration and by κ."""
+    u, by_time, by_drag = flight
     part = 1.0 + drag * u * u / g
     slope = 1.0 / (part * sqrt(part))
     return u / sqrt(part), slope * by_time, slope * (by_drag - 0.5 * u * u * u / g)
@@ -91,15 +93,17 @@ def rest_equations(
     kinds (n): USUAL ... False: there is no such motion.
     """
     d[:] = 0.0
+    flight = takeoff(th[1] - th[0], p[DRAG], g)
     for j in range(e.size):
         before, after = th[j + 1] - th[j], th[j + 2] - th[j + 1]
         if not (before > 0.0 and after > 0.0):
             return False
+        v, vt, vk = landing(flight, p[DRAG], g)
+        flight = takeoff(after, p[DRAG], g)
         if kinds[j] == VOID:
             e[j], b[j], d[:, j] = 0.0, 0.0, 0.0
             continue
-        u, ut, uk = takeoff(after, p[DRAG], g)
-        v, vt, vk = landing(before, p[DRAG], g)
+        u, ut, uk = flight
         if kinds[j] == RELEASED:
             v, vt, vk = fall(before, p[DRAG], g)
         if not v > 0.0:

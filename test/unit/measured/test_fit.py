@@ -25,8 +25,8 @@ from bouncing_disk_ros.measured.goodness import probability_of
 from bouncing_disk_ros.measured.profiles import Data, Interval, Model, Profiles, interval_text
 from bouncing_disk_ros.measured.reading import recording_of
 from bouncing_disk_ros.measured.sequence import Chain
+from bouncing_disk_ros.measured.settled_flights import periods_of, told_by
 from bouncing_disk_ros.measured.starts import first_values
-from bouncing_disk_ros.measured.told import periods_of, told_by
 from bouncing_disk_ros.study.definition import definition_of
 from bouncing_disk_ros.study.from_run import of_preset, wanted
 from support.live import LiveSimulators
@@ -268,7 +268,7 @@ def test_a_settled_orbit_of_period_2_does_not_tell_its_parameters() -> None:
 
 @pytest.mark.parametrize(("forcing", "count"), [(0.45, 1), (0.52, 2)])
 def test_settled_flights_hold_the_relations_that_they_tell(forcing: float, count: int) -> None:
-    """As in told.py, to rounding, at the true parameters; times of 1 µs tell n to 1e-6."""
+    """Those of settled_flights.py, to rounding, at the truth; times of 1 µs tell n to 1e-6."""
     times, phases = vibrating(np.random.default_rng(3), 4, 40, forcing, 0.5, skip=200)
     seen = times[0] + 1e-6 * np.random.default_rng(4).standard_normal(40)
     found, rms = periods_of(seen, 20.0)
