@@ -56,11 +56,11 @@ figures: run-environment   ## compute every figure of the paper and docs/figures
 soak: test-environment   ## run for long: memory, lateness, lost rows, hostile commands; bags cut, damaged, killed and of gigabytes
 	$(BIN)/pytest -m soak -s --timeout=7200 test/soak test/integration test/unit/cases test/unit/measured
 	@echo "random examples with seed $(SEED); the same again: make soak SEED=$(SEED)"
-	EXAMPLES=$(EXAMPLES) SEED=$(SEED) $(BIN)/pytest --hypothesis-seed=$(SEED) --timeout=43200 test/unit/core test/property \
+	EXAMPLES=$(EXAMPLES) SEED=$(SEED) $(BIN)/pytest --hypothesis-seed=$(SEED) --timeout=43200 test/unit/core \
 		test/reference test/unit/bag test/unit/report test/unit/measured test/unit/nodes/simulator/test_storms.py \
 		test/unit/study/test_store.py test/unit/resilience/test_fatal_changes.py test/unit/resilience/test_manifolds.py \
 		test/integration/test_hostile_bags.py test/integration/test_requests.py \
-		test/integration/test_juggle.py
+		test/integration/test_juggle.py test/integration/test_simulator_process.py
 
 interop: interop-environment   ## check against foreign tools (another DDS, Foxglove, rerun, ros2) and Ubuntu 24.04's versions
 	$(BIN)/pytest -m interop test/interop test/integration

@@ -1,17 +1,18 @@
-"""bag_report on a real recording and on what it must refuse: files, exit codes, signals."""
+"""bag_report on a recorded run: files, damage, proof, exit codes, signals."""
 
 from __future__ import annotations
 
 import re
 import signal
-import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from bouncing_disk_ros.proof import event_proof
+from bouncing_disk_ros.report import read_run
 from support.in_process import ends
-from support.processes import Starter
 from support.recorded import period_one_bag
 
 pytestmark = pytest.mark.timeout(300)  # longer than any wait here
@@ -56,25 +57,36 @@ def test_a_cut_off_bag_is_reported_with_what_is_missing(report: Report, tmp_path
     assert re.search("orbit found +period-1", out)
 
 
-def test_it_is_interrupted_in_order(start: Starter, folder: Path) -> None:
-    """Also where a shell in the background had the signal ignored."""
-    shell = ["sh", "-c", 'trap "" INT; exec "$@"', "sh"]
-    report = start.command([*shell, sys.executable, "-c", _INTERRUPTED, str(folder)])
-    report.wait_for("reading")
-    assert report.end(signal.SIGINT) == 130
-    assert "bag_report: interrupted" in report.stderr
-    assert "Traceback" not in report.stderr
+@pytest.mark.parametrize(
+    ("place", "name", "options", "said"),
+    [
+        (read_run.BagRun, "read", (), "bag_report: interrupted"),
+        (event_proof, "prove", ("--prove",), "interrupted: proof of"),
+    ],
+)
+def test_it_is_interrupted_in_order(
+    report: Report, folder: Path, monkeypatch: pytest.MonkeyPatch, place: Any, name: str,
+    options: tuple[str, ...], said: str,
+) -> None:  # fmt: skip
+    """Also where a shell in the background had the signal ignored; a proof sums up what it has."""
+
+    def interrupted(*_: object) -> None:
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(place, name, interrupted)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        code, out, lines = report(folder, *options)
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    assert code == 130
+    assert said in "\n".join([out, *lines])
+    assert "Traceback" not in "\n".join(lines)
     assert not list(folder.parent.glob("*_report.*"))
 
 
-_INTERRUPTED = """
-import sys, time
-from bouncing_disk_ros.nodes import bag_report
-from bouncing_disk_ros.report import read_run
-def slow(self):
-    print("reading", flush=True)
-    time.sleep(60)
-    yield
-read_run.BagRun.read = slow
-sys.exit(bag_report.main())
-"""
+def test_a_recorded_run_is_proved(report: Report, folder: Path) -> None:
+    code, out, lines = report(folder, "--prove")
+    assert (code, lines) == (0, [])
+    assert re.search(r"impact +\d+ +0 +0 +0\n", out)
+    assert not list(folder.parent.glob("*_report.*"))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -35,11 +34,3 @@ def test_a_report_is_written_all_the_same(tmp_path: Path, warm_kernels: None) ->
     code, said = piped("bag_report", folder)
     assert (code, "Error" in said) == (0, False), said
     assert (tmp_path / "run_report.html").is_file()
-
-
-def test_a_study_is_written_all_the_same(tmp_path: Path) -> None:
-    given = {"points": 16, "output": tmp_path / "s", "figures": "none"}
-    options = [word for key, value in given.items() for word in ("-p", f"{key}:={value}")]
-    code, said = piped("toss_paths", "--ros-args", *options)
-    assert (code, "Error" in said) == (0, False), said
-    assert os.path.getsize(tmp_path / "s" / "result.nc") > 0  # noqa: PTH202

@@ -53,10 +53,14 @@ NO_PYTEST_SETTINGS = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_ADDOPTS": N
 
 RUN_ALL = """
 import os, runpy, sys
-for file in sys.argv[1:]:
+scripts, options = sys.argv[1:sys.argv.index("-q")], sys.argv[sys.argv.index("-q"):]
+for file in scripts:
     print(file)
     os.chdir(os.path.dirname(file))
     runpy.run_path(file, run_name="__main__")
+if any(word.endswith(".py") for word in options):
+    import pytest
+    sys.exit(pytest.main(options))
 """
 
 
@@ -193,7 +197,7 @@ def test_each_command_of_a_study_has_its_line_without_ros2() -> None:
 
 
 def run_blocks(chosen: list[tuple[str, str]], folder: Path) -> None:
-    """Each block by itself, all scripts in one process: imports take most of the time."""
+    """Each block by itself, all in one process, scripts before tests: imports take most time."""
     home = str(Path(bouncing_disk_ros.__file__).resolve().parents[1])
     plugins = ("-p", "no:cacheprovider", "-p", "bouncing_disk_ros.testing")
     tests: list[str] = []
@@ -203,20 +207,15 @@ def run_blocks(chosen: list[tuple[str, str]], folder: Path) -> None:
         file.parent.mkdir(exist_ok=True)
         file.write_text(block, "utf-8")
         (tests if "def test_" in block else scripts).append(str(file))
-    for command, files in (
-        (["-m", "pytest", "-q", *plugins], tests),
-        (["-c", RUN_ALL], scripts),
-    ):
-        if files:
-            done = subprocess.run(
-                [sys.executable, *command, *files],
-                cwd=folder,
-                capture_output=True,
-                text=True,
-                timeout=280,
-                env=environment({**NO_PYTEST_SETTINGS, "PYTHONPATH": home}),
-            )
-            assert done.returncode == 0, f"{done.stdout}{done.stderr}"
+    done = subprocess.run(
+        [sys.executable, "-c", RUN_ALL, *scripts, "-q", *plugins, *tests],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=280,
+        env=environment({**NO_PYTEST_SETTINGS, "PYTHONPATH": home}),
+    )
+    assert done.returncode == 0, f"{done.stdout}{done.stderr}"
 
 
 LONG = "studies.md"

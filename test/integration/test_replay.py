@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
+import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,12 +19,13 @@ from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, Trigger
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.nodes.replay import replay
+from bouncing_disk_ros.nodes.replay import bag_streams, replay
 from bouncing_disk_ros.ros.conversions import impacts_to_msg
 from bouncing_disk_ros.run.command_validation import ImpulseRequest
 from bouncing_disk_ros.run.input_records import to_json
 from bouncing_disk_ros.units import NS
 from support.driven import Driven, flipped
+from support.in_process import ends
 from support.processes import Starter
 from support.ros_peer import Peer
 from support.wrong_commands import impulse_message
@@ -190,7 +194,7 @@ def test_what_if_compares_and_draws(
 
 # --- processes ------------------------------------------------------------------------------------
 def test_a_live_run_recorded_in_mid_run_is_identical(
-    start: Starter, peer: Peer, tmp_path: Path
+    start: Starter, peer: Peer, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     """Commands, kicks, parameters, pause, steps and resets before and while it is recorded.
 
@@ -240,28 +244,36 @@ def test_a_live_run_recorded_in_mid_run_is_identical(
     assert attached["/bouncing_disk"]["ros__parameters"]["preset"] == "pizza_multiple_toss"
     with Reader(folder) as reader:
         assert sum(1 for _ in reader.messages()) == reader.message_count == number
-    code, process = start.finish("replay", str(folder))
-    assert code == 0, process.output
-    lines = process.stdout.splitlines()
+    capfd.readouterr()
+    assert replay.main([str(folder)]) == 0
+    out, err = capfd.readouterr()
+    lines = out.splitlines()
     assert lines[-1].startswith("replay identical: ")
     assert int(lines[-1].split()[2]) > 10
-    assert ", 0 rows missing in the bag" in process.stdout
-    assert process.stderr == ""
+    assert ", 0 rows missing in the bag" in out
+    assert err == ""
     files = sorted(folder.glob("*.mcap"))
     assert len(files) > 1
     for file in files:  # each begins with a snapshot
         assert replay.main([str(file)]) == 0
 
 
-def test_a_signal_ends_it_with_130(start: Starter, driven: Driven, tmp_path: Path) -> None:
+def test_a_signal_ends_it_with_130(
+    driven: Driven, tmp_path: Path, capfd: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    """In the midst of events by the hundred million."""
     long = Driven(preset="", frequency=3000.0, axial_amplitude=1e-6)
     long.session.advance(2000 * 10**9, 1)  # its last row lies far ahead
     rows = driven.batches[-1][-1:].copy()
     rows["time"], rows["index"] = 1e5, 1e12
     long.rows.append((long.sent + 1, rows))
-    folder = write(tmp_path / "long", [long])
-    process = start("replay", str(folder))
-    process.wait_for("long: /disk/inputs")
-    assert process.running
-    assert process.end(signal.SIGTERM) == 130
-    assert process.stderr == "replay: interrupted\n"
+    replay_bag = bag_streams.replay_bag
+
+    def interrupted(*given: Any) -> Any:
+        threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGTERM)).start()
+        return replay_bag(*given)
+
+    monkeypatch.setattr(bag_streams, "replay_bag", interrupted)
+    code, _, lines = ends(capfd, "replay", str(write(tmp_path / "long", [long])))
+    assert (code, lines) == (130, ["replay: interrupted"])

@@ -14,6 +14,7 @@ from std_srvs.srv import Trigger
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.ros.from_messages import time_to_ns
+from support.coverage import in_soak
 from support.in_process import ends
 from support.processes import Process, Starter, any_ends
 from support.ros_peer import Peer
@@ -95,8 +96,9 @@ def test_a_lifecycle_shutdown_ends_the_process(start: Starter, peer: Peer) -> No
     assert process.wait() == 0
 
 
+@pytest.mark.parametrize("again", [0, *in_soak(*range(1, 20))])
 def test_of_simulators_that_publish_the_clock_one_runs(
-    start: Starter, peers: Callable[..., Peer]
+    start: Starter, peers: Callable[..., Peer], again: int
 ) -> None:
     """Of two that are started together one ends with the reason; one that comes later never runs.
 
@@ -117,7 +119,7 @@ def test_of_simulators_that_publish_the_clock_one_runs(
     peer.spin_until(lambda: peer.node.count_publishers("/clock") == 1)
     clocks = peer.heard["/clock"]
     clocks.clear()
-    for _ in range(5):
+    for _ in range(2):
         assert peer.call(Trigger, "reset").success
         with pytest.raises(InputError, match=refused):
             SimulatorNode(

@@ -27,7 +27,7 @@ def begin(start: Starter, *arguments: str) -> Process:
     return start.command([sys.executable, str(RUNNER), *arguments], env=env)
 
 
-def test_library_bags_studies_and_the_demonstration_are_there(
+def test_library_bags_studies_the_demonstration_and_the_workbench_are_there(
     start: Starter, tmp_path: Path
 ) -> None:
     """The other studies are made from their definitions alike; test_public_names computes each.
@@ -43,10 +43,10 @@ def test_library_bags_studies_and_the_demonstration_are_there(
         return [name, "--ros-args", *words, *given]
 
     lines = [
-        ["bag_report", folder],
+        ["bag_report", folder, "--figures", "none"],
         ["replay", folder, "--what-if", "restitution:=0.4"],
         ["bag_recover", folder],
-        study("basins", bag=folder, width=8, height=8, output=tmp_path / "basins"),
+        study("basins", bag=folder, width=8, height=8, output=tmp_path / "basins", figures="none"),
         [
             *study("toss_paths", "--params-file", str(file), "-r", "__ns:=/lab", "--log-level",
                    "debug", points=16, output=tmp_path / "paths"),
@@ -55,10 +55,13 @@ def test_library_bags_studies_and_the_demonstration_are_there(
         study("demo", picture=picture),
     ]  # fmt: skip
     wrong = [given.replace(" ", " --ros-args ", 1).split() for given, _ in WRONG]
-    words = [word for line in [*lines, *wrong] for word in ("+", *line)]
+    lines.append(["workbench", "--ros-args", "-p", "port:=0", "-p", "open_browser:=false"])
+    words = [word for line in [*wrong, *lines] for word in ("+", *line)]
     node = begin(start, "-c", CODE, folder, *words)
-    assert node.wait(WAIT) == 0, node.output
-    node.wait_for("^all done$")
+    node.wait_for("^all done$", WAIT)
+    told = node.wait_for(r"^workbench: simulated in this process, without ROS: (http://\S+)$", WAIT)
+    simulates_by_itself(told[1])
+    assert node.end() == 0, node.output
     assert node.output.count(" ended with 0\n") == len(lines)
     assert node.output.count(" ended with 2\n") == len(WRONG)
     assert len(node.complaints) == len(WRONG), node.output
@@ -78,18 +81,15 @@ def test_library_bags_studies_and_the_demonstration_are_there(
     assert picture.stat().st_size > 10_000
 
 
-def test_the_workbench_simulates_by_itself(start: Starter) -> None:
-    node = begin(start, "workbench", "--ros-args", "-p", "port:=0", "-p", "open_browser:=false")
-    told = node.wait_for(r"^workbench: simulated in this process, without ROS: (http://\S+)$", WAIT)
-    page = PageClient(told[1])
+def simulates_by_itself(url: str) -> None:
+    """The page of a workbench: its run goes on, and takes a command."""
+    page = PageClient(url)
     try:
         page.wait(lambda: len(page.model("path").data["time"]) > 20, WAIT)
         page.change("restitution", "value_throttled", 0.4)
         page.wait(lambda: page.model("restitution").value == 0.4)
     finally:
         page.close()
-    assert node.end() == 0
-    assert node.complaints == []
 
 
 CODE = """

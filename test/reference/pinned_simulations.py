@@ -6,7 +6,7 @@ from functools import cache
 from typing import Any
 
 from support import pinned
-from support.pinned_draws import GRAVITY, Draw, Runs, amplitude, drawn_values, plain, seeded, six
+from support.pinned_draws import GRAVITY, Draw, Runs, amplitude, drawn, drawn_values, plain, six
 
 NS = pinned.NS
 COMMANDS = {
@@ -257,28 +257,28 @@ def what_if(seed: int) -> Any:
 
 def runs() -> Runs:
     """All of this file."""
-    yield from seeded("simulated", "steady", 20, steady)
+    yield from drawn("simulated", "steady", 20, steady)
     for name in ("pizza_multiple_toss", "pizza_single_toss"):
         for phase in (0.5, 4.0):
             yield plain("simulated", f"{name} from {phase}", preset, name, phase)
-    yield from seeded("simulated", "faded", 18, faded)
+    yield from drawn("simulated", "faded", 18, faded)
     for name in COMMANDS:
         for points in (7, 18):
             title = f"{name} by {points} points of a sine"
             yield plain("simulated", title, commanded_by_a_sine, name, points)
-    yield from seeded("simulated", "pushed", 12, pushed)
-    yield from seeded("simulated", "in contact", 12, in_contact)
-    yield from seeded("simulated", "chattering", 12, chattering)
-    yield from seeded("simulated", "pressed", 8, pressed)
-    yield from seeded("simulated", "resting", 6, resting)
-    yield from seeded("simulated", "fast", 6, fast)
-    yield from seeded("simulated", "wild", 10, wild)
+    yield from drawn("simulated", "pushed", 12, pushed)
+    yield from drawn("simulated", "in contact", 12, in_contact)
+    yield from drawn("simulated", "chattering", 12, chattering)
+    yield from drawn("simulated", "pressed", 8, pressed)
+    yield from drawn("simulated", "resting", 6, resting)
+    yield from drawn("simulated", "fast", 6, fast)
+    yield from drawn("simulated", "wild", 10, wild)
     for pattern in TICKS:
         yield plain("simulated", f"ticks {pattern}", ticked, pattern)
     for low, high in ((-10.0, 10.0), (-1e5, 1e5), (0.0, 1e9), (-1e-9, 1e-9)):
         yield plain("simulated", f"sines {low:g} to {high:g}", sines, low, high)
-    yield from seeded("replayed", "driven", 8, lambda seed: driven(seed).content(True))
-    yield from seeded("replayed", "replayed", 8, replayed)
-    yield from seeded("replayed", "from the last snapshot", 4, cut)
-    yield from seeded("replayed", "from a checkpoint", 6, resumed)
-    yield from seeded("replayed", "what if", 4, what_if)
+    yield from drawn("replayed", "driven", 8, lambda seed: driven(seed).content(True))
+    yield from drawn("replayed", "replayed", 8, replayed)
+    yield from drawn("replayed", "from the last snapshot", 4, cut)
+    yield from drawn("replayed", "from a checkpoint", 6, resumed)
+    yield from drawn("replayed", "what if", 4, what_if)

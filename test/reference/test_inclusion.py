@@ -11,8 +11,9 @@ import pytest
 
 from reference import inclusion
 from reference.cases import FIRST, examples
+from reference.corner_scripts import CORNERS
 from support.random_runs import Script, random_script
-from support.scripted import COLUMNS, compare, judge_scripts, play
+from support.scripted import COLUMNS, compare, judge, judge_scripts, play
 
 PART = 400
 SCRIPTS = examples(PART, 100_000)
@@ -43,6 +44,13 @@ def test_random_scripts_agree_with_the_second_method(first: int) -> None:
     samples = sum(len(random_script(seed).samples_ns) for seed in seeds)
     assert found.samples > LEAST_COMPARED * samples
     assert found.impacts > 4 * PART
+
+
+def test_corners_agree_with_the_second_method() -> None:
+    for name, script in CORNERS.items():
+        found = judge(script)
+        assert found.differences == [], name
+        assert found.samples == len(script.samples_ns), f"{name}: chaos hides it"
 
 
 def test_a_wrong_state_and_a_missing_impact_are_found() -> None:

@@ -18,11 +18,13 @@ import pytest
 
 from reference import pinned_maps, pinned_results, pinned_simulations
 from support import pinned
+from support.coverage import in_soak
 from support.digest import Digest, differences, digest_of
 from support.pinned_draws import PinnedRun
 
 FILE = Path(__file__).with_name("pinned.json")
 RUNS = [*pinned_simulations.runs(), *pinned_maps.runs(), *pinned_results.runs()]
+CHOSEN = [run for run in RUNS if not run.is_another or in_soak("all")]
 
 
 def title(run: PinnedRun) -> str:
@@ -41,7 +43,7 @@ def read() -> dict[str, Digest]:
 PINNED = read()
 
 
-@pytest.mark.parametrize("run", RUNS, ids=title)
+@pytest.mark.parametrize("run", CHOSEN, ids=title)
 def test_a_run_is_what_it_was(run: PinnedRun, tmp_path: Path) -> None:
     if run.in_lanes and not pinned.is_fused():
         pytest.skip("sums in lanes differ by roundings on a processor without fused multiply-add")

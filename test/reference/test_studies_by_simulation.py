@@ -1,7 +1,9 @@
 """Studies at random options beside single runs of the simulator, which know nothing of them.
 
 A diagram follows the map step by step: its steps have the stepper's bits (test_rotation_map.py),
-and its results are pinned. Tosses are in test_toss.py.
+and its results are pinned. Tosses are in test_toss.py. Of the resilience studies, fatal changes are
+beside the simulator in test_fatal_changes.py, manifolds beside basins in test_manifolds.py, and
+curves beside Newton's method in test_curve_reference.py.
 """
 
 from __future__ import annotations
@@ -15,17 +17,13 @@ import pytest
 from reference.cases import examples
 from support import studied
 from support.coverage import in_soak
-from support.studied_lines import attack_curves, attack_manifolds
 from support.studied_motor import attack_motor
 
 ATTACKS: dict[str, Callable[[np.random.Generator, Path], list[str]]] = {
     "basins": studied.attack_basins,
     "basin_shares": studied.attack_basin_shares,
-    "resilience": studied.attack_resilience,
     "parameter_map": studied.attack_parameter_map,
     "motor": attack_motor,
-    "manifolds": attack_manifolds,
-    "curves": attack_curves,
 }
 """Study -> what differs at one draw of its options, nothing if all agrees."""
 DRAWS = {"motor": 6}

@@ -17,7 +17,6 @@ import pytest
 from integration.test_lockstep_processes import EDGES, KILLED, VALUES, controller_of_the_page
 from integration.test_lockstep_processes import GATES as GATES_HERE
 
-from bouncing_disk_ros.ros.from_messages import time_to_ns
 from bouncing_disk_ros.run.gates import Gates, State
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.units import NS
@@ -158,25 +157,3 @@ def test_of_two_controllers_either_is_killed_at_each_edge(
         for one in started:
             one.kill()
     print(found)
-
-
-def test_of_two_simulators_started_together_one_publishes_the_clock(start: Starter) -> None:
-    """One ends and says why; whoever hears /clock never hears it go back."""
-    for _ in range(ENDS):
-        peer = Peer(without=("/diagnostics",))
-        times = peer.heard["/clock"]
-        given = ("--ros-args", "-p", "publish_clock:=true", "-r")
-        both = [start("simulator", *given, f"__ns:=/{name}") for name in ("first", "second")]
-        peer.spin_until(lambda: not all(one.running for one in both))  # noqa: B023
-        (left,) = (one for one in both if one.running)
-        left.wait_for("running at")
-        (ended,) = (one for one in both if one is not left)
-        ended.wait_for("publish_clock: got True, allowed: false: /clock has a")
-        heard = len(times)
-        peer.spin_until(lambda: len(times) > heard + 10)  # noqa: B023
-        stamps = [time_to_ns(msg.clock) for msg in times]
-        print(f"{len(stamps)} messages of /clock; {ended.lines[-1]}")
-        assert stamps == sorted(stamps)
-        peer.close()
-        assert left.end() == 0
-        assert sorted(one.wait() for one in both) == [0, 2]

@@ -3,8 +3,8 @@
 Checksums and lengths are those of what is written, unless they are forged themselves: only so does
 a forged field reach the code behind them.
 
-    forged({"chunk.size": 1 << 62}, messages)       # every chunk says so
-    fields(messages)                                # the names of all fields, with their kinds
+    forged({"chunk.size": 1 << 62}, content)       # every chunk says so
+    fields(content)                                # the names of all fields, with their kinds
 """
 
 from __future__ import annotations
@@ -53,6 +53,38 @@ class Content:
     summary: bool = True
 
 
+RECORDS: Mapping[str, tuple[int, tuple[str, ...]]] = {
+    "header": (1, ("profile text", "library text")),
+    "footer": (2, ("summary_start u64", "summary_offset_start u64", "crc u32")),
+    "schema": (3, ("id u16", "name text", "encoding text", "data text")),
+    "channel": (4, ("id u16", "schema_id u16", "topic text", "message_encoding text",
+                    "metadata map")),
+    "message": (5, ("channel_id u16", "sequence u32", "log_time u64", "publish_time u64",
+                    "data bytes")),
+    "chunk": (6, ("start_time u64", "end_time u64", "size u64", "crc u32", "compression text",
+                  "stored long_text")),
+    "message_index": (7, ("channel_id u16", "length rows time u64 offset u64")),
+    "chunk_index": (8, ("start_time u64", "end_time u64", "offset u64", "length u64",
+                        "indices_length rows channel_id u16 index_offset u64",
+                        "message_index_length u64", "compression text", "compressed_size u64",
+                        "uncompressed_size u64")),
+    "attachment": (9, ("log_time u64", "create_time u64", "name text", "media_type text",
+                       "data long_text", "crc crc")),
+    "attachment_index": (10, ("offset u64", "length u64", "log_time u64", "create_time u64",
+                              "data_size u64", "name text", "media_type text")),
+    "statistics": (11, ("message_count u64", "schema_count u16", "channel_count u32",
+                        "attachment_count u32", "metadata_count u32", "chunk_count u32",
+                        "start_time u64", "end_time u64",
+                        "counts_length rows channel_id u16 count u64")),
+    "metadata": (12, ("name text", "metadata map")),
+    "metadata_index": (13, ("offset u64", "length u64", "name text")),
+    "summary_offset": (14, ("opcode u8", "start u64", "length u64")),
+    "data_end": (15, ("crc u32",)),
+}  # fmt: skip
+"""Opcode and fields of each record: name and kind of a field, or the name of the length of rows,
+"rows", and the names and kinds of their columns. `crc` is that of all before it."""
+
+
 class Layout:
     """Writes fields; `forge` gives other values for some of them, by name."""
 
@@ -60,43 +92,61 @@ class Layout:
         self.kinds: dict[str, str] = {}  # of all fields by name
         self._forge = forge
 
-    def number(self, name: str, kind: str, value: int) -> bytes:
-        """A number, or the bytes that stand in its place."""
-        given = self._value(name, kind, value)
-        if isinstance(given, bytes):
-            return given
-        form = _FORMS[kind]
-        return struct.pack(form, given % (1 << (8 * struct.calcsize(form))))
+    def record(self, name: str, *values: Any) -> bytes:
+        """A whole record with these values of its fields, in order."""
+        opcode, fields = RECORDS[name]
+        content = b""
+        for field_, value in zip(fields, values, strict=True):
+            content += self._field(name, field_.split(), value, content)
+        head = self._number(f"{name}.opcode", "u8", opcode)
+        return head + self._number(f"{name}.record_length", "u64", len(content)) + content
 
-    def text(self, name: str, value: str | bytes, length_kind: str = "u32") -> bytes:
-        """A text or bytes after their length; both can be forged."""
-        raw = value.encode() if isinstance(value, str) else value
-        given = self._value(name, "text", raw)
-        raw = given.encode("utf-8", "surrogateescape") if isinstance(given, str) else given
-        return self.number(f"{name}.length", length_kind, len(raw)) + raw
-
-    def texts(self, name: str, values: Mapping[str, str]) -> bytes:
-        """Named texts after their length."""
-        inner = b"".join(
-            self.text(f"{name}.key", key) + self.text(f"{name}.value", value)
-            for key, value in values.items()
-        )
-        inner = self._value(name, "map", inner)
-        return self.number(f"{name}.length", "u32", len(inner)) + inner
-
-    def record(self, name: str, opcode: int, content: bytes) -> bytes:
-        """A whole record."""
-        head = self.number(f"{name}.opcode", "u8", opcode)
-        return head + self.number(f"{name}.record_length", "u64", len(content)) + content
-
-    def magic(self, name: str) -> bytes:
-        """The mark at an end of the file."""
-        return bytes(self._value(name, "bytes", MAGIC))
-
-    def _value(self, name: str, kind: str, value: Any) -> Any:
+    def value(self, name: str, kind: str, value: Any) -> Any:
+        """The value of a field, forged or not."""
         self.kinds[name] = kind
         given = self._forge.get(name, value)
         return given(value) if callable(given) else given
+
+    def _field(self, record: str, words: Sequence[str], value: Any, before: bytes) -> bytes:
+        name, kind, *columns = (f"{record}.{words[0]}", *words[1:])
+        match kind:
+            case "text":
+                return self._text(name, value)
+            case "long_text":
+                return self._text(name, value, "u64")
+            case "bytes":
+                return bytes(self.value(name, kind, value))
+            case "map":
+                inner = b"".join(
+                    self._text(f"{name}.key", key) + self._text(f"{name}.value", text)
+                    for key, text in value.items()
+                )
+                inner = self.value(name, kind, inner)
+                return self._number(f"{name}.length", "u32", len(inner)) + inner
+            case "rows":
+                pairs = list(zip(columns[::2], columns[1::2], strict=True))
+                inner = b"".join(
+                    self._number(f"{record}.{column}", size, number)
+                    for row in value
+                    for (column, size), number in zip(pairs, row, strict=True)
+                )
+                return self._number(name, "u32", len(inner)) + inner
+            case "crc":
+                return self._number(name, "u32", zlib.crc32(before))
+            case _:
+                return self._number(name, kind, value)
+
+    def _number(self, name: str, kind: str, value: int) -> bytes:
+        form = _FORMS[kind]
+        given = self.value(name, kind, value)
+        return struct.pack(form, given % (1 << (8 * struct.calcsize(form))))
+
+    def _text(self, name: str, value: str | bytes, length_kind: str = "u32") -> bytes:
+        """A text or bytes after their length; both can be forged."""
+        raw = value.encode() if isinstance(value, str) else value
+        given = self.value(name, "text", raw)
+        raw = given.encode("utf-8", "surrogateescape") if isinstance(given, str) else given
+        return self._number(f"{name}.length", length_kind, len(raw)) + raw
 
 
 class Place(NamedTuple):
@@ -112,201 +162,97 @@ class File:
     def __init__(self, forge: Mapping[str, Any], content: Content) -> None:
         self.out = Layout(forge)
         self._content = content
-        self._data = bytearray(self.out.magic("magic"))
+        self._data = bytearray(self.out.value("magic", "bytes", MAGIC))
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
         self._definitions = b""
         self._counts: dict[int, int] = {}
         self._chunks: list[bytes] = []  # their records in the index
-        self._attachment = self._metadata = Place(0, 0)
 
     def whole(self) -> bytes:
         """The bytes of the file."""
-        self._header()
+        content = self._content
+        self._add("header", "ros2", "tests")
         self._define()
-        sent = self._content.messages
-        for first in range(0, len(sent), self._content.per_chunk):
-            self._chunk(sent[first : first + self._content.per_chunk])
-        self._attach()
-        self._note()
-        self._end()
+        for first in range(0, len(content.messages), content.per_chunk):
+            self._chunk(content.messages[first : first + content.per_chunk])
+        about = ("parameters.yaml", "text/yaml")
+        attached = self._add("attachment", 1, 1, *about, content.attachment, 0)
+        noted = self._add("metadata", "bouncing_disk_ros", content.notes)
+        self._add("data_end", 0)
+        start = len(self._data)
+        groups = self._groups(attached, noted, about) if content.summary else []
+        offsets = b""
+        for opcode, rows in groups:
+            place = self._append(rows)
+            offsets += self.out.record("summary_offset", opcode, *place)
+        offsets_at = self._append(offsets).offset
+        ends = (start, offsets_at) if groups else (0, 0)
+        head = self.out.record("footer", *ends, 0)[:-4]
+        crc = zlib.crc32(bytes(self._data[start:]) + head) if groups else 0
+        self._append(self.out.record("footer", *ends, crc))
+        self._data += self.out.value("end_magic", "bytes", MAGIC)
         return bytes(self._data)
 
-    def _add(self, record: bytes) -> Place:
-        place = Place(len(self._data), len(record))
-        self._data += record
+    def _append(self, data: bytes) -> Place:
+        place = Place(len(self._data), len(data))
+        self._data += data
         return place
 
-    def _header(self) -> None:
-        out = self.out
-        content = out.text("header.profile", "ros2") + out.text("header.library", "tests")
-        self._add(out.record("header", 1, content))
+    def _add(self, name: str, *values: Any) -> Place:
+        return self._append(self.out.record(name, *values))
 
     def _define(self) -> None:
         out = self.out
         for row in self._content.messages:
             if row.kind not in self._schemas:
                 number = self._schemas[row.kind] = len(self._schemas) + 1
-                content = out.number("schema.id", "u16", number) + out.text("schema.name", row.kind)
-                content += out.text("schema.encoding", "ros2msg")
-                content += out.text("schema.data", row.definition)
-                self._definitions += out.record("schema", 3, content)
+                self._definitions += out.record(
+                    "schema", number, row.kind, "ros2msg", row.definition
+                )
             if row.topic not in self._channels:
                 number = self._channels[row.topic] = len(self._channels)
-                content = out.number("channel.id", "u16", number)
-                content += out.number("channel.schema_id", "u16", self._schemas[row.kind])
-                content += out.text("channel.topic", row.topic)
-                content += out.text("channel.message_encoding", "cdr")
                 values = {"offered_qos_profiles": self._content.qos, "topic_type_hash": ""}
-                content += out.texts("channel.metadata", values)
-                self._definitions += out.record("channel", 4, content)
-        self._add(self._definitions)
+                self._definitions += out.record(
+                    "channel", number, self._schemas[row.kind], row.topic, "cdr", values
+                )
+        self._append(self._definitions)
 
     def _chunk(self, rows: Sequence[Sent]) -> None:
-        out, inner = self.out, bytearray(self._definitions)
+        out, inner, name = self.out, bytearray(self._definitions), self._content.compression
         places: dict[int, list[tuple[int, int]]] = {}
         for row in rows:
             channel = self._channels[row.topic]
             self._counts[channel] = self._counts.get(channel, 0) + 1
             places.setdefault(channel, []).append((row.log_time_ns, len(inner)))
-            content = out.number("message.channel_id", "u16", channel)
-            content += out.number("message.sequence", "u32", row.sequence)
-            content += out.number("message.log_time", "u64", row.log_time_ns)
-            content += out.number("message.publish_time", "u64", row.publish_time_ns)
-            data = out._value("message.data", "bytes", row.data)
-            inner += out.record("message", 5, content + data)
-        times = [row.log_time_ns for row in rows]
-        place = self._add(self._chunk_record(bytes(inner), min(times), max(times)))
-        indices = {channel: self._message_index(channel, one) for channel, one in places.items()}
-        self._chunks.append(self._chunk_index(place, indices, min(times), max(times), len(inner)))
+            times = (row.log_time_ns, row.publish_time_ns)
+            inner += out.record("message", channel, row.sequence, *times, row.data)
+        ends = [min(row.log_time_ns for row in rows), max(row.log_time_ns for row in rows)]
+        data = out.value("chunk.records", "bytes", bytes(inner))
+        stored = COMPRESSIONS[name](data)
+        place = self._add("chunk", *ends, len(data), zlib.crc32(data), name, stored)
+        found = {channel: self._add("message_index", channel, one)
+                 for channel, one in places.items()}  # fmt: skip
+        offsets = [(channel, one.offset) for channel, one in found.items()]
+        length = sum(one.length for one in found.values())
+        sizes = (length, name, place.length - 49, len(inner))
+        self._chunks.append(out.record("chunk_index", *ends, *place, offsets, *sizes))
 
-    def _chunk_record(self, inner: bytes, first: int, last: int) -> bytes:
-        out, name = self.out, self._content.compression
-        inner = out._value("chunk.records", "records", inner)
-        stored = out._value("chunk.stored", "bytes", COMPRESSIONS[name](inner))
-        content = out.number("chunk.start_time", "u64", first)
-        content += out.number("chunk.end_time", "u64", last)
-        content += out.number("chunk.size", "u64", len(inner))
-        content += out.number("chunk.crc", "u32", zlib.crc32(inner))
-        content += out.text("chunk.compression", name)
-        content += out.number("chunk.stored.length", "u64", len(stored)) + stored
-        return out.record("chunk", 6, content)
-
-    def _message_index(self, channel: int, rows: Sequence[tuple[int, int]]) -> Place:
-        out = self.out
-        inner = b"".join(
-            out.number("message_index.time", "u64", time)
-            + out.number("message_index.offset", "u64", offset)
-            for time, offset in rows
-        )
-        content = out.number("message_index.channel_id", "u16", channel)
-        content += out.number("message_index.length", "u32", len(inner)) + inner
-        return self._add(out.record("message_index", 7, content))
-
-    def _chunk_index(
-        self, place: Place, indices: Mapping[int, Place], first: int, last: int, size: int
-    ) -> bytes:
-        out = self.out
-        content = out.number("chunk_index.start_time", "u64", first)
-        content += out.number("chunk_index.end_time", "u64", last)
-        content += out.number("chunk_index.offset", "u64", place.offset)
-        content += out.number("chunk_index.length", "u64", place.length)
-        inner = b"".join(
-            out.number("chunk_index.channel_id", "u16", channel)
-            + out.number("chunk_index.index_offset", "u64", one.offset)
-            for channel, one in indices.items()
-        )
-        content += out.number("chunk_index.indices_length", "u32", len(inner)) + inner
-        length = sum(one.length for one in indices.values())
-        content += out.number("chunk_index.message_index_length", "u64", length)
-        content += out.text("chunk_index.compression", self._content.compression)
-        content += out.number("chunk_index.compressed_size", "u64", place.length - 49)
-        content += out.number("chunk_index.uncompressed_size", "u64", size)
-        return out.record("chunk_index", 8, content)
-
-    def _attach(self) -> None:
-        out = self.out
-        content = out.number("attachment.log_time", "u64", 1)
-        content += out.number("attachment.create_time", "u64", 1)
-        content += out.text("attachment.name", "parameters.yaml")
-        content += out.text("attachment.media_type", "text/yaml")
-        content += out.text("attachment.data", self._content.attachment, "u64")
-        content += out.number("attachment.crc", "u32", zlib.crc32(content))
-        self._attachment = self._add(out.record("attachment", 9, content))
-
-    def _note(self) -> None:
-        out = self.out
-        content = out.text("metadata.name", "bouncing_disk_ros")
-        content += out.texts("metadata.metadata", self._content.notes)
-        self._metadata = self._add(out.record("metadata", 12, content))
-
-    # --- the end ----------------------------------------------------------------------------------
-    def _end(self) -> None:
-        out = self.out
-        content = out.number("data_end.crc", "u32", 0)
-        self._add(out.record("data_end", 15, content))
-        start = len(self._data)
-        groups = self._groups() if self._content.summary else []
-        offsets = b""
-        for opcode, rows in groups:
-            place = self._add(rows)
-            content = out.number("summary_offset.opcode", "u8", opcode)
-            content += out.number("summary_offset.start", "u64", place.offset)
-            content += out.number("summary_offset.length", "u64", place.length)
-            offsets += out.record("summary_offset", 14, content)
-        offsets_at = self._add(offsets).offset
-        content = out.number("footer.summary_start", "u64", start if groups else 0)
-        content += out.number("footer.summary_offset_start", "u64", offsets_at if groups else 0)
-        head = out.record("footer", 2, content + bytes(4))[:-4]
-        crc = zlib.crc32(bytes(self._data[start:]) + head)
-        self._add(head + out.number("footer.crc", "u32", crc if groups else 0))
-        self._data += out.magic("end_magic")
-
-    def _groups(self) -> list[tuple[int, bytes]]:
+    def _groups(
+        self, attached: Place, noted: Place, about: tuple[str, str]
+    ) -> list[tuple[int, bytes]]:
+        """Opcode and records of each part of the summary."""
+        out, times = self.out, [row.log_time_ns for row in self._content.messages]
+        counts = (len(times), len(self._schemas), len(self._channels), 1, 1, len(self._chunks))
+        ends = (min(times, default=0), max(times, default=0))
+        size = len(self._content.attachment)
         return [
             (3, self._definitions),  # with the channels
-            (11, self._statistics()),
+            (11, out.record("statistics", *counts, *ends, self._counts.items())),
             (8, b"".join(self._chunks)),
-            (10, self._attachment_index()),
-            (13, self._metadata_index()),
+            (10, out.record("attachment_index", *attached, 1, 1, size, *about)),
+            (13, out.record("metadata_index", *noted, "bouncing_disk_ros")),
         ]
-
-    def _statistics(self) -> bytes:
-        out, times = self.out, [row.log_time_ns for row in self._content.messages]
-        content = out.number("statistics.message_count", "u64", len(times))
-        for name, kind, value in (
-            ("schema_count", "u16", len(self._schemas)),
-            ("channel_count", "u32", len(self._channels)),
-            ("attachment_count", "u32", 1), ("metadata_count", "u32", 1),
-            ("chunk_count", "u32", len(self._chunks)), ("start_time", "u64", min(times, default=0)),
-            ("end_time", "u64", max(times, default=0)),
-        ):  # fmt: skip
-            content += out.number(f"statistics.{name}", kind, value)
-        inner = b"".join(
-            out.number("statistics.channel_id", "u16", channel)
-            + out.number("statistics.count", "u64", count)
-            for channel, count in self._counts.items()
-        )
-        content += out.number("statistics.counts_length", "u32", len(inner)) + inner
-        return out.record("statistics", 11, content)
-
-    def _attachment_index(self) -> bytes:
-        out, place = self.out, self._attachment
-        content = out.number("attachment_index.offset", "u64", place.offset)
-        content += out.number("attachment_index.length", "u64", place.length)
-        content += out.number("attachment_index.log_time", "u64", 1)
-        content += out.number("attachment_index.create_time", "u64", 1)
-        content += out.number("attachment_index.data_size", "u64", len(self._content.attachment))
-        content += out.text("attachment_index.name", "parameters.yaml")
-        content += out.text("attachment_index.media_type", "text/yaml")
-        return out.record("attachment_index", 10, content)
-
-    def _metadata_index(self) -> bytes:
-        out, place = self.out, self._metadata
-        content = out.number("metadata_index.offset", "u64", place.offset)
-        content += out.number("metadata_index.length", "u64", place.length)
-        content += out.text("metadata_index.name", "bouncing_disk_ros")
-        return out.record("metadata_index", 13, content)
 
 
 def forged(forge: Mapping[str, Any], content: Content) -> bytes:

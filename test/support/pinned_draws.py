@@ -23,6 +23,7 @@ class PinnedRun(NamedTuple):
     name: str
     compute: Callable[[Path], Any]
     in_lanes: bool = False  # its sums are those of processors with fused multiply-add
+    is_another: bool = False  # draw of the same kind: `make soak` and `make interop` have it
 
 
 Runs = Iterator[PinnedRun]
@@ -41,6 +42,12 @@ def seeded(
     """Runs of the seeds from 0 on."""
     for seed in range(count):
         yield plain(kind, f"{name} {seed}", function, seed, in_lanes=in_lanes)
+
+
+def drawn(kind: str, name: str, count: int, function: Callable[[int], Any]) -> Runs:
+    """The same of parameters that are drawn: every second one is enough of its kind."""
+    for run in seeded(kind, name, count, function):
+        yield run._replace(is_another=int(run.name.rpartition(" ")[2]) % 2 == 1)
 
 
 class Draw:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.model import Disk, ImpactKind, Sample, join_rows
+from bouncing_disk_ros.core.model import Disk, ImpactKind, Phase, Sample, join_rows
 from bouncing_disk_ros.run.input_records import Record, from_json, to_json
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.units import NS
@@ -58,6 +58,7 @@ class Played(NamedTuple):
 
     states: Floats  # rows of COLUMNS
     samples: list[Sample]
+    disks: list[Disk]  # in force at the samples
     residuals: Floats  # of the throughput
     rows: NDArray[np.void]
     records: list[Record]
@@ -84,6 +85,7 @@ def play(script: Script) -> Played:
     values = parameters.complete({**script.parameters, "chatter_report_speed": 0.0})
     session = Session(values, records.append, paused=True)
     states, samples, residuals, waiting = [], [], [], list(script.inputs)
+    disks = []
     for at_ns in script.samples_ns:
         while waiting and waiting[0].arrives_ns <= at_ns:
             _advance(session, waiting[0].arrives_ns)
@@ -91,6 +93,7 @@ def play(script: Script) -> Played:
         _advance(session, at_ns)
         sample, energy = session.simulation.sample(), session.simulation.energy()
         samples.append(sample)
+        disks.append(session.simulation.disk)
         speed = sample.axial_velocity - sample.platform_velocity
         states.append((
             sample.gap, speed, sample.unwrapped_angle, sample.angular_velocity, energy.loss_brake,
@@ -99,7 +102,7 @@ def play(script: Script) -> Played:
         residuals.append(energy.residual / energy.throughput if energy.throughput else 0.0)
     places = [i for i, record in enumerate(records) if record["kind"] == "snapshot"]
     rows = join_rows(session.take_rows())
-    return Played(np.array(states), samples, np.array(residuals), rows, records, places)
+    return Played(np.array(states), samples, disks, np.array(residuals), rows, records, places)
 
 
 def _advance(session: Session, until_ns: int) -> None:
@@ -261,19 +264,64 @@ def _is_endless(script: Script) -> bool:
 
 
 # --- against itself -------------------------------------------------------------------------------
-def check_invariants(played: Played, resets: bool) -> list[Difference]:
-    """The ledger balances, the brake only takes, and the disk is never below the platform."""
-    found = []
+def check_invariants(script: Script, played: Played) -> list[Difference]:
+    """The ledger balances, the brake only takes, and the disk is never below the platform.
+
+    Rows come in order, impulses obey the law of impacts, and forces their limits.
+    """
+    kinds = {one.kind for one in script.inputs}
+    found = _forces(played)
+    if "disk" not in kinds:
+        found += _impulses(script.disk, played.rows)
+    times, places = played.rows["time"], np.arange(len(played.rows))
+    if (np.diff(times) < 0.0).any() or (played.rows["index"] != places).any():
+        found.append(Difference("order of rows", 0, played.rows["index"], times, 0.0))
     found += [
         Difference("residual", int(i), played.residuals[i], 0.0, RESIDUAL)
         for i in np.flatnonzero(~(np.abs(played.residuals) <= RESIDUAL))
     ]
-    if not resets:
+    if "reset" not in kinds:
         taken = np.diff(played.states[:, 4], prepend=0.0)
         found += [Difference("work of the brake", int(i), -taken[i], 0.0, 0.0)
                   for i in np.flatnonzero(taken < 0.0)]  # fmt: skip
     found += [Difference("gap", int(i), played.states[i, 0], 0.0, 0.0)
               for i in np.flatnonzero(~(played.states[:, 0] >= 0.0))]  # fmt: skip
+    return found
+
+
+def _impulses(disk: Disk, rows: NDArray[np.void]) -> list[Difference]:
+    """Impulses of single impacts that are not those of ε and μ, to rounding."""
+    rows = rows[rows["kind"] == ImpactKind.IMPACT]
+    push = (1.0 + disk.restitution) * -rows["axial_impact_velocity"]
+    slip = rows["angular_impact_velocity"]
+    most = disk.friction * disk.friction_radius * disk.mass / disk.inertia * push
+    twist = -np.sign(slip) * np.minimum(np.abs(slip), most)
+    found = []
+    for name, right in (
+        ("axial_impulse", disk.mass * push),
+        ("angular_impulse", disk.inertia * twist),
+    ):
+        allowed = 3e-15 * np.abs(right)
+        found += [Difference(name, int(i), rows[name][i], right[i], allowed[i])
+                  for i in np.flatnonzero(~(np.abs(rows[name] - right) <= allowed))]  # fmt: skip
+    return found
+
+
+def _forces(played: Played) -> list[Difference]:
+    """Forces that pull, or friction beyond its limit; in flight there are none."""
+    found = []
+    for i, (sample, disk) in enumerate(zip(played.samples, played.disks, strict=True)):
+        force, torque = sample.axial_force, abs(sample.friction_torque)
+        rub = disk.friction * disk.friction_radius
+        weight = disk.mass * disk.gravity + disk.preload
+        # up to the very limit: both sides have a few roundings of their largest term
+        slack = 1e-13 * (rub * (weight + force) + abs(disk.load_torque) + disk.brake_torque)
+        if sample.phase is Phase.FLIGHT:
+            right = force == torque == 0.0 <= sample.gap
+        else:
+            right = sample.gap == 0.0 and force >= -1e-14 * weight and torque <= rub * force + slack
+        if not right:
+            found.append(Difference("forces", i, sample, disk, slack))
     return found
 
 
@@ -303,8 +351,7 @@ def judge(script: Script, *, repeats: bool = True) -> Verdict:
     """All checks of one script; `repeats`: replay too."""
     try:
         played = play(script)
-        resets = any(one.kind == "reset" for one in script.inputs)
-        found = check_invariants(played, resets)
+        found = check_invariants(script, played)
         found += check_repeats(script, played) if repeats else []
     except EndlessError as error:
         if _is_endless(script):

@@ -14,7 +14,7 @@ import zstandard
 from support.hostile.base import content, enter_forged, entry, put
 from support.mcap_bytes import forged
 
-_SIZES = {"small": 1000, "true": 16 << 20, "half": 8 << 20, "huge": 1 << 40}
+_SIZES = {"small": 1000, "true": 4 << 20, "half": 2 << 20, "huge": 1 << 40}
 _PACKS: dict[str, Callable[[bytes], bytes]] = {
     "zstd": zstandard.compress, "lz4": lz4.frame.compress,
     "zstd without a size": zstandard.ZstdCompressor(write_content_size=False).compress,
@@ -23,7 +23,7 @@ _PACKS: dict[str, Callable[[bytes], bytes]] = {
 
 @functools.cache
 def _bomb(pack: str) -> bytes:
-    """16 MiB of zeros, packed."""
+    """4 MiB of zeros, packed."""
     return _PACKS[pack](bytes(_SIZES["true"]))
 
 
