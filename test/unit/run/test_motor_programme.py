@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.model import Motion, Phase
+from bouncing_disk_ros.core.model import Motion, Phase, join_rows
 from bouncing_disk_ros.maps.motor_curves import friction_limit, mean_speed
 from bouncing_disk_ros.report.run_record import RunRecord, State
 from bouncing_disk_ros.report.run_report import RecordSource, report_of
@@ -44,7 +44,7 @@ def record_of(end: float, rate: float) -> RunRecord:
         )  # fmt: skip
         if simulation.motion_in_force != record.motions[-1]:
             record.motions.append(simulation.motion_in_force)
-        record.chunks += session.take_rows()
+        record.impacts.append(join_rows(session.take_rows()))
     return record
 
 
