@@ -52,7 +52,9 @@ class NewestRows:
     """
 
     def __init__(self, dtype: Any, most: int) -> None:
-        self._rows = np.zeros(min(2 * most, _FIRST), dtype)
+        self._dtype = np.dtype(dtype)
+        self._raw = np.dtype((np.void, self._dtype.itemsize))  # copied at once, with its padding
+        self._rows = np.zeros(min(2 * most, _FIRST), self._raw)
         self._most, self._first, self._end = most, 0, 0
         self.dropped = 0  # rows that are no longer held
 
@@ -62,25 +64,26 @@ class NewestRows:
     @property
     def rows(self) -> NDArray[np.void]:
         """All rows held, a view: copy what shall stay while more are appended."""
-        return self._rows[self._first : self._end]
+        return self._rows[self._first : self._end].view(self._dtype)
 
     def append(self, rows: NDArray[np.void]) -> None:
         """Add rows at the end; the oldest fall out."""
         held = len(self) + len(rows)
-        rows = rows[max(0, len(rows) - self._most) :]
+        rows = np.ascontiguousarray(rows[max(0, len(rows) - self._most) :], self._dtype)
         if self._end + len(rows) > len(self._rows):
             self._make_room(len(rows))
-        self._rows[self._end : self._end + len(rows)] = rows
+        self._rows[self._end : self._end + len(rows)] = rows.view(self._raw)
         self._end += len(rows)
         self._first = max(self._first, self._end - self._most)
         self.dropped += held - len(self)
 
     def _make_room(self, count: int) -> None:
         """Move the rows that stay to the front, of a larger space where they leave no room."""
-        kept = self.rows[max(0, len(self) + count - self._most) :]
+        first = max(self._first, self._end + count - self._most)
+        kept = self._rows[first : self._end]
         if 2 * (len(kept) + count) > len(self._rows):
             size = min(2 * self._most, 4 * (len(kept) + count))
-            self._rows = np.zeros(size, self._rows.dtype)
+            self._rows = np.zeros(size, self._raw)
         self._rows[: len(kept)] = kept
         self._first, self._end = 0, len(kept)
 

@@ -276,7 +276,8 @@ class _RowsWithin(NewestRows):
         times = rows["time"]
         first = self.seen[0] if self.seen else float(times[0])
         self.seen = [first, float(times[-1])]
-        super().append(rows[(times >= self._begin) & (times < self._end_time)])
+        inside = (times >= self._begin) & (times < self._end_time)
+        super().append(rows if np.all(inside) else rows[inside])
 
 
 class BagRun:
