@@ -264,12 +264,3 @@ def _cycles_gained(
         cycles += duration * (frequency * part + (fade.target.frequency - frequency) * blend)
         now, frequency = min(fade.end_ns, align.after_ns), fade.target.frequency
     return cycles + frequency * (align.after_ns - now) / NS
-
-
-def as_simulated(programme: Programme) -> list[tuple[float, Mapping[str, float]]]:
-    """The points of a fitted programme as `simulate(programme=...)` takes them."""
-    request = programme.request
-    return [
-        (point.after_ns / NS, dict(zip(request.names, point.positions, strict=True)))
-        for point in request.points
-    ]
