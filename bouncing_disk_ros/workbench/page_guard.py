@@ -2,7 +2,7 @@
 
 Every request is checked before Bokeh sees it. A page of another site that gets its name to point to
 this machine (DNS rebinding) sends its own name as Host, and has no token. Bokeh's own hook
-(`auth_module`) does not cover static files.
+(`auth_module`) does not cover static files, and Tornado's (`prepare`) is one for each handler.
 """
 
 from __future__ import annotations
