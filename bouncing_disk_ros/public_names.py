@@ -2,6 +2,8 @@
 
 Type checkers read the stub, the .pyi file, in place of the module. `PublicNames` reads it too. Each
 of its lines `from .maps.tosses import toss as toss` declares a name; ruff keeps one name to a line.
+lazy_loader reads stubs too, but has no names that functions make, no hint for a mistyped name, and
+takes a module for a package.
 """
 
 from __future__ import annotations

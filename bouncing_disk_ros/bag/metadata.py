@@ -189,7 +189,10 @@ def _dump(content: Any) -> str:
 
 
 def write(folder: Path, metadata: Metadata) -> None:
-    """Write metadata.yaml at once: it is there whole or not at all."""
+    """Write metadata.yaml at once: it is there whole or not at all. Raises OSError.
+
+    Not by `regular_file.replaced`, which makes the folder anew where a bag was moved away.
+    """
     passing = folder / f".{FILE_NAME}"
     try:
         passing.write_text(metadata.text(), encoding="utf-8")

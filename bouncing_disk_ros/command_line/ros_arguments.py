@@ -1,7 +1,8 @@
 """The ROS 2 arguments of a command line, read without ROS; what they say means the same to rcl.
 
 `--ros-args -p name:=value --params-file FILE -r __node:=name -r __ns:=/namespace [--]`. What YAML
-and rcl read differently (octals, `y`, a key given twice) is refused. Remapped topics and options of
+and rcl read differently (octals, `y`, a key given twice) is refused, also where there is ROS: so
+rcl, which reads the line again for its nodes, makes the same of it. Remapped topics and options of
 logs and security mean nothing here: where there is ROS, rcl checks them.
 """
 

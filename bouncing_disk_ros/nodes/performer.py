@@ -22,8 +22,9 @@ from bouncing_disk_ros.ros.conversions import programme_to_msg, trajectory_to_ms
 from bouncing_disk_ros.ros.from_messages import msg_to_motion, time_to_ns
 from bouncing_disk_ros.ros.node_tool import options, publishing_nodes, wait_for
 from bouncing_disk_ros.ros.qos import publisher_of, subscription_to
-from bouncing_disk_ros.run.programmes import FIRST_TOSS, load_programme, start_of
-from bouncing_disk_ros.run.time_map import TimeMap, nanoseconds, scaled
+from bouncing_disk_ros.run.command_validation import ProgrammeRequest
+from bouncing_disk_ros.run.programmes import FIRST_TOSS, load_programme, requests_of, start_of
+from bouncing_disk_ros.run.time_map import TimeMap, nanoseconds
 from bouncing_disk_ros.units import NS
 
 ASKED = ("real_time_factor", "crossfade_duration", "publish_clock", *Disk._fields)
@@ -196,31 +197,18 @@ class Performer(Node):
         fade_ns = nanoseconds(float(settings["crossfade_duration"]))
         self.programme = self.programme.fitted(self._motion.target)
         start_ns = start_of(self.programme, self._motion, earliest, fade_ns)
-        request = self.programme.request
-        points = tuple(
-            point._replace(after_ns=scaled(point.after_ns, 1.0 / line.slope))
-            for point in request.points
-        )
-        stamp_ns = line.to_ros(start_ns)
-        self._publisher.publish(
-            programme_to_msg(request._replace(points=points, stamp_ns=stamp_ns))
-        )
-        trajectory = self.programme.trajectory
-        if trajectory is not None:
-            knots = tuple(
-                point._replace(after_ns=scaled(point.after_ns, 1.0 / line.slope))
-                for point in trajectory.points
-            )
-            self._offsets.publish(
-                trajectory_to_msg(trajectory._replace(points=knots, stamp_ns=stamp_ns))
-            )
+        for request in requests_of(self.programme, self._motion.target, start_ns, line):
+            if isinstance(request, ProgrammeRequest):
+                self._publisher.publish(programme_to_msg(request))
+            else:
+                self._offsets.publish(trajectory_to_msg(request))
         after_ns, target = self.programme.targets(self._motion.target)[-1]
         end_ns = start_ns + after_ns
         wait = (start_ns - line.to_simulated(now_ns)) / NS / factor
         seconds = wait + after_ns / NS / factor
         print(
             f"{self.programme.name}: {self.programme.description}\n"
-            f"sent: {len(points)} motion(s), starts in {wait:.2f} s, takes "
+            f"sent: {len(self.programme.request.points)} motion(s), starts in {wait:.2f} s, takes "
             f"{after_ns / NS / factor:.2f} s",
             flush=True,
         )

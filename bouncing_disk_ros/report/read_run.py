@@ -1,7 +1,7 @@
 """Read one run of one simulator out of a bag as a `RunRecord`, in bounded memory.
 
 In this order: which simulators a bag holds, the order in which messages were sent and what their
-numbers say of losses, what is kept of a long run, and `read_run` with its class `BagRun`.
+numbers say of losses, and `read_run` with its class `BagRun`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections import Counter, OrderedDict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from enum import Enum
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +22,11 @@ from bouncing_disk_ros.bag import Bag, BagError
 from bouncing_disk_ros.bag import open as open_bag
 from bouncing_disk_ros.bag.loss import UNKNOWN, UNNUMBERED, Gaps
 from bouncing_disk_ros.bag.reader import Message
-from bouncing_disk_ros.core.model import join_rows
+from bouncing_disk_ros.bounded import Newest, NewestRows, Thinned
+from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.errors import InputError, closest, counted
 from bouncing_disk_ros.report.run_record import (
+    MOST_ROWS,
     UNKNOWN_DISK,
     HealthReport,
     RunRecord,
@@ -199,79 +201,6 @@ class Losses:
 
 
 # ------------------------------------------------------------------------------------------------
-# What is kept of a run that may be longer than memory: the newest, or every so many.
-
-
-T = TypeVar("T")
-_JOIN, _JOIN_ROWS = 4096, 65536
-"""So many small arrays of impacts, or arrays with so many rows, are joined into one."""
-
-
-class EveryNth(list[T]):
-    """A list that keeps every first, second, fourth ... of what is appended, at most `most`."""
-
-    def __init__(self, most: int) -> None:
-        super().__init__()
-        self.step, self._most, self._seen = 1, most, 0
-
-    def append(self, item: T) -> None:
-        """Take one more, or leave it out."""
-        if self._seen % self.step == 0:
-            super().append(item)
-            if len(self) >= self._most:
-                del self[1::2]
-                self.step *= 2
-        self._seen += 1
-
-
-class Newest(list[T]):
-    """A list that keeps the newest of what is appended, at most twice `most`."""
-
-    def __init__(self, most: int) -> None:
-        super().__init__()
-        self.dropped, self._most = 0, most
-
-    def append(self, item: T) -> None:
-        """Take one more; now and then the older half is dropped."""
-        super().append(item)
-        if len(self) >= 2 * self._most:
-            self.dropped += self._most
-            del self[: self._most]
-
-
-class Bounded:
-    """Keeps the last rows only, of the times wished for, in few arrays."""
-
-    def __init__(self, chunks: list[NDArray[np.void]], begin: float, end: float, most: int) -> None:
-        self.dropped = 0
-        self.seen: list[float] = []  # first and last time of an impact, wished for or not
-        self._chunks, self._times, self._most = chunks, (begin, end), most
-        self._held = self._fresh_rows = self._fresh = 0
-
-    def tidy(self) -> None:
-        """After an array has been appended (or none, where a message was empty)."""
-        chunks, (begin, end) = self._chunks, self._times
-        if not chunks:
-            return
-        rows = chunks[-1]
-        if len(rows):  # else nothing new: an empty message
-            first = self.seen[0] if self.seen else float(rows["time"][0])
-            self.seen = [first, float(rows["time"][-1])]
-        inside = (rows["time"] >= begin) & (rows["time"] < end)
-        if not np.all(inside):
-            chunks[-1] = rows = rows[inside]
-        self._held += len(rows)
-        self._fresh_rows += len(rows)
-        self._fresh += 1
-        if self._fresh >= _JOIN or self._fresh_rows >= _JOIN_ROWS:
-            chunks[-self._fresh :] = [join_rows(chunks[-self._fresh :])]
-            self._fresh = self._fresh_rows = 0
-            while self._held - len(chunks[0]) >= self._most:
-                self._held -= len(chunks[0])
-                self.dropped += len(chunks.pop(0))
-
-
-# ------------------------------------------------------------------------------------------------
 # Reads one run of one simulator out of a bag, as a `RunRecord`; memory stays bounded.
 
 
@@ -288,7 +217,7 @@ class ReadOptions(NamedTuple):
     run: int = 0  # from 1; 0: the last
     begin: float = -math.inf  # simulated s
     end: float = math.inf
-    most_rows: int = 1_000_000  # 0: none, and nothing of them is checked
+    most_rows: int = MOST_ROWS  # 0: none, and nothing of them is checked
     topics: tuple[str, ...] = ()  # of the simulator, by their short names; none: all
 
     @property
@@ -331,6 +260,26 @@ def names_of(namespace: str) -> dict[str, str]:
     return {"/diagnostics": "/diagnostics"} | names
 
 
+class _RowsWithin(NewestRows):
+    """The newest impacts in the times of the options.
+
+    `seen`: times of the first and the last of all, s.
+    """
+
+    def __init__(self, options: ReadOptions) -> None:
+        super().__init__(IMPACT_DTYPE, options.most_rows)
+        self._begin, self._end_time = options.begin, options.end
+        self.seen: list[float] = []
+
+    def append(self, rows: NDArray[np.void]) -> None:
+        """Add rows, one or more; those outside of the times are left out."""
+        times = rows["time"]
+        first = self.seen[0] if self.seen else float(times[0])
+        self.seen = [first, float(times[-1])]
+        inside = (times >= self._begin) & (times < self._end_time)
+        super().append(rows if np.all(inside) else rows[inside])
+
+
 class BagRun:
     """Reads a bag once; after `read`, `record` and `source` are the run wished for.
 
@@ -368,11 +317,7 @@ class BagRun:
         self.parts: dict[str, list[tuple[int, int]]] = {}
         self.ends: list[int] = []
         self._waiting: list[tuple[str, Parsed | None]] = []  # until a sign tells the run
-        self._bounded = self._bound()
-
-    def _bound(self) -> Bounded:
-        options = self._wish
-        return Bounded(self.record.chunks, options.begin, options.end, options.most_rows)
+        self._impacts = self.record.impacts = _RowsWithin(options)
 
     def _end_run(self) -> None:
         """Note where the run under way ends."""
@@ -386,9 +331,10 @@ class BagRun:
         if self._order.run > 1:
             self._end_run()
         self._record = RunRecord(UNKNOWN_DISK)
-        self._record.states = EveryNth[State](MOST_SAMPLES)
-        self._record.speeds = EveryNth[tuple[float, float]](MOST_SAMPLES)
-        self._record.health = EveryNth[HealthReport](limits.EVENTS)
+        self._record.impacts = NewestRows(IMPACT_DTYPE, 0)
+        self._record.states = Thinned[State](MOST_SAMPLES)
+        self._record.speeds = Thinned[tuple[float, float]](MOST_SAMPLES)
+        self._record.health = Thinned[HealthReport](limits.EVENTS)
         self._record.motions = Newest[Any](limits.EVENTS)
         self._record.changes = Newest[Any](limits.EVENTS)
         self._record.disks = Newest[Any](limits.EVENTS)
@@ -396,7 +342,7 @@ class BagRun:
         self._builder = RunRecordBuilder(self._record, self.namespace)
         if self._wish.run in (0, self._order.run):
             self.record, self._kept_run = self._record, self._order.run
-            self._bounded = self._bound()
+            self._impacts = self.record.impacts = _RowsWithin(self._wish)
 
     # --- reading ----------------------------------------------------------------------------------
     @property
@@ -465,10 +411,6 @@ class BagRun:
             if parsed is None or (short == "disk/impacts" and not self._wish.most_rows):
                 continue
             self._builder.take(short, parsed)
-            if self._record is not self.record:
-                self._record.chunks.clear()
-            elif short == "disk/impacts":
-                self._bounded.tidy()
         self._waiting.clear()
 
     def _note_part(self, topic: str, run: int) -> None:
@@ -479,7 +421,7 @@ class BagRun:
     def _clip(self) -> None:
         """Keep what lies in the times wished for; InputError: the run has nothing there."""
         low, high, record = self._wish.begin, self._wish.end, self.record
-        times = [*self._bounded.seen, *(row.time for row in record.states)]
+        times = [*self._impacts.seen, *(row.time for row in record.states)]
         times += [time for time, _ in record.speeds]
         times += [row.simulated for row in record.health]
         record.states[:] = [row for row in record.states if low <= row.time < high]
@@ -524,16 +466,16 @@ class BagRun:
                 f"{samples} without a simulated time: platform/motion, disk/inputs or impacts do "
                 "not give it"
             )
-        if self._bounded.dropped:
+        if self._impacts.dropped:
             yield (
-                f"the first {self._bounded.dropped} rows of impacts: only the last ones fit in "
+                f"the first {self._impacts.dropped} rows of impacts: only the last ones fit in "
                 "memory (--rows); take earlier ones with --from and --to"
             )
         for name, kept in (
             ("joint_states", self.record.states), ("disk/rotor_speed", self.record.speeds),
             ("/diagnostics", self.record.health),
         ):  # fmt: skip
-            if isinstance(kept, EveryNth) and kept.step > 1:
+            if isinstance(kept, Thinned) and kept.step > 1:
                 yield f"of {name} all but every {kept.step}th message"
         record = self.record
         for events in (record.motions, record.changes, record.disks, record.offsets):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros import limits, parameters
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind, Motion, MotionInForce
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.field_checks import out_of_range
+from bouncing_disk_ros.field_checks import number
 
 Rows = NDArray[np.void]
 LARGEST_INDEX = 2.0**53
@@ -64,9 +64,7 @@ def _all(name: str, rows: Rows, good: NDArray[np.bool_], allowed: str) -> None:
 
 def checked_number(field: str, value: float) -> float:
     """A finite number of a size that means something."""
-    if not abs(value) <= limits.LARGEST:
-        raise out_of_range(field, value, -limits.LARGEST, limits.LARGEST)
-    return value
+    return number(field, value, -limits.LARGEST, limits.LARGEST)
 
 
 def checked_motion(motion: MotionInForce) -> MotionInForce:

@@ -1,7 +1,8 @@
 """A report as one HTML file with interactive plots: its panels drawn by BokehJS in the browser.
 
 The file opens without network. Its numbers are the bytes of the panels' arrays. Bokeh's models in
-Python would make the same plots, in three seconds instead of a tenth of one.
+Python would make the same plots under names that change from run to run, in 2 s instead of 0.07 s:
+1.1 s to import them, 0.4 s to make them, 0.5 s to write them. A whole report takes 2.4 s.
 """
 
 from __future__ import annotations

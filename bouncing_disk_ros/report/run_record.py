@@ -9,11 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.model import Disk, Energy, Motion, MotionInForce, join_rows
+from bouncing_disk_ros.bounded import NewestRows
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, Energy, Motion, MotionInForce
 from bouncing_disk_ros.core.offset import Offset
 
 SETTLED_SECONDS = 2.0
 """The rotor speed of the summary is the mean over this long at the end."""
+MOST_ROWS = 1_000_000
+"""Rows of impacts that are held, the newest."""
 UNKNOWN_DISK = Disk(*[math.nan] * len(Disk._fields))
 """Stands for a disk whose parameters are unknown: what follows from them is nan."""
 
@@ -63,7 +66,7 @@ class RunRecord:
     speeds: list[tuple[float, float]] = field(default_factory=list)  # time, mean rad/s before it
     motions: list[MotionInForce] = field(default_factory=list)
     health: list[HealthReport] = field(default_factory=list)
-    chunks: list[NDArray[np.void]] = field(default_factory=list)
+    impacts: NewestRows = field(default_factory=lambda: NewestRows(IMPACT_DTYPE, MOST_ROWS))
     lost: int = 0  # rows of impacts
     lacking: tuple[str, ...] = ()  # fields of impacts that messages of another version lack: nan
     inputs: int = 0  # motions, impulses, parameter changes and resets that the simulator accepted
@@ -80,13 +83,13 @@ class RunRecord:
 
     def __repr__(self) -> str:
         """What there is, in numbers."""
-        counts = f"{sum(map(len, self.chunks))} rows of impacts, {len(self.states)} states"
+        counts = f"{len(self.impacts)} rows of impacts, {len(self.states)} states"
         return f"<record of a run: {counts}, {len(self.motions)} motions, {self.lost} rows lost>"
 
     @property
     def rows(self) -> NDArray[np.void]:
-        """All impacts, IMPACT_DTYPE."""
-        return join_rows(self.chunks)
+        """All impacts that are held, IMPACT_DTYPE."""
+        return self.impacts.rows
 
     @property
     def motion(self) -> Motion | None:

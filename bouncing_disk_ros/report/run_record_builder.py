@@ -242,7 +242,7 @@ class RunRecordBuilder(TopicReader):
         self._index_gaps.take(first, last, len(rows))
         self.record.lost = self._index_gaps.lost
         self.record.lacking = lacking or self.record.lacking
-        self.record.chunks.append(rows)
+        self.record.impacts.append(rows)
         self._tie(round(float(rows["time"][-1]) * NS), parsed.stamp_ns)
 
     def _tie(self, last_ns: int, stamp_ns: int) -> None:

@@ -182,9 +182,8 @@ def report_of(record: RunRecord, source: RecordSource, choice: str = LONGEST) ->
     """
     rows = record.rows
     if len(rows) and np.any(np.diff(rows["index"]) < 0.0):
-        rows = rows[np.argsort(rows["index"], kind="stable")]
+        rows[:] = rows[np.argsort(rows["index"], kind="stable")]
     checked_times(rows)
-    record.chunks[:] = [rows]  # not twice in memory
     spans = spans_of(record, rows)
     segments = spans.segments
     counts = [len(segment.of(rows)) for segment in segments]

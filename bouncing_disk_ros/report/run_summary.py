@@ -49,7 +49,7 @@ def summary_of(record: RunRecord) -> Summary:
     last = [speed for time, speed in record.speeds if time > end - SETTLED_SECONDS]
     health = record.health
     return Summary(
-        impacts=int(sum(int(chunk["count"].sum()) for chunk in record.chunks)),
+        impacts=int(record.rows["count"].sum()),
         lost=record.lost,
         orbit=last_orbit(record),
         axial_forcing=axial_forcing_of(motion, record.disk) if motion else math.nan,

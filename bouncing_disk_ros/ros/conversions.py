@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from builtin_interfaces.msg import Duration, Time
-from geometry_msgs.msg import TwistStamped
+from geometry_msgs.msg import TwistStamped, Vector3, Wrench, WrenchStamped
 from numpy.typing import NDArray
 from sensor_msgs.msg import JointState, PointCloud2, PointField
 from std_msgs.msg import Header
@@ -23,7 +23,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, MotionInForce, Sample
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros.from_messages import MOTION_COLUMNS, impact_fields
-from bouncing_disk_ros.run.command_validation import ProgrammeRequest
+from bouncing_disk_ros.run.command_validation import ImpulseRequest, ProgrammeRequest
 from bouncing_disk_ros.run.trajectory_validation import TrajectoryRequest
 from bouncing_disk_ros.topics import IMPACT_FRAME, JOINT_NAMES, OFFSET_JOINTS, WORLD_FRAME
 from bouncing_disk_ros.units import NS
@@ -79,6 +79,13 @@ def trajectory_to_msg(request: TrajectoryRequest) -> JointTrajectory:
     ]
     header = Header(stamp=ns_to_time(request.stamp_ns))
     return JointTrajectory(header=header, joint_names=list(request.names), points=points)
+
+
+def impulse_to_msg(request: ImpulseRequest) -> WrenchStamped:
+    """An impulse as the message of disk/impulse."""
+    (fx, fy, fz), (tx, ty, tz) = request.force, request.torque
+    wrench = Wrench(force=Vector3(x=fx, y=fy, z=fz), torque=Vector3(x=tx, y=ty, z=tz))
+    return WrenchStamped(header=Header(stamp=ns_to_time(request.stamp_ns)), wrench=wrench)
 
 
 # --- impacts --------------------------------------------------------------------------------------

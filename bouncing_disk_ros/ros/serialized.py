@@ -1,9 +1,10 @@
 """The command topics' messages as they come from the middleware: serialized, sizes checked first.
 
 rclpy makes a message of Python objects before anyone can say how large it is: measured, it takes 2
-to 30 times as long for a small one, and 0.2 s for 100 kB of empty points. Here the bytes (XCDR1, as
-ROS 2 sends them) are read directly into requests, nothing beyond a limit is read, and whatever else
-they hold is an InputError.
+to 30 times as long for a small one, and 0.2 s for 100 kB of empty points. rosbags, which decodes
+the messages of bags, takes 15 µs for one point (here 7), 9 ms for a thousand (1.4) and 32 ms for
+160 kB of empty points (0.004). Here the bytes (XCDR1, as ROS 2 sends them) are read directly into
+requests, nothing beyond a limit is read, and whatever else they hold is an InputError.
 """
 
 from __future__ import annotations

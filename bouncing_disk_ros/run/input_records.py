@@ -22,7 +22,7 @@ table, so that what passes can be applied to the core. The state of a snapshot i
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from bouncing_disk_ros import parameters
@@ -47,14 +47,13 @@ from bouncing_disk_ros.topics import OFFSET_JOINTS
 from bouncing_disk_ros.units import NS
 
 Record = dict[str, Any]
-Check = Callable[[Mapping[str, Any]], Record]
+Check = Callable[[str, Any], Any]
+"""Name of a field and its value -> the value, checked; InputError."""
 _INDEX = 1 << 53
 _FADE_NS = 10**6 * NS
 _POINT = ("instant in ns", f"[{', '.join(Motion._fields)}]")
 _KNOT = ("ns", "degree", "position", "velocity", "acceleration")
 _LIMITS = ("offset_limit", "offset_speed_limit", "offset_acceleration_limit")
-_INITIAL = {name: f"initial_{name}" for name in InitialState._fields}
-"""The parameter that stands for each field of an initial state."""
 
 
 def to_json(record: Mapping[str, Any]) -> str:
@@ -71,119 +70,91 @@ def checked_record(record: object) -> Record:
     """A record with every field checked, numbers as floats; InputError names the first at fault."""
     fields = mapping("input record", record)
     kind = fields.get("kind")
-    if not isinstance(kind, str) or kind not in CHECKS:
-        raise InputError("input record kind", kind, "any of " + ", ".join(CHECKS))
+    if not isinstance(kind, str) or kind not in SCHEMA:
+        raise InputError("input record kind", kind, "any of " + ", ".join(SCHEMA))
     index = whole("input record, index", fields.get("index"), 0, _INDEX)
     time_ns = whole("input record, time_ns", fields.get("time_ns"), 0, FAR_NS)
+    checks = {**SCHEMA[kind], **dict.fromkeys(_AHEAD & SCHEMA[kind].keys(), _whole(time_ns))}
     try:
-        with_names("", fields, FIELDS[kind])
-        return {**fields, **CHECKS[kind](fields), "index": index, "time_ns": time_ns}
+        given = with_names("", {**_OPTIONAL.get(kind, {}), **fields}, checks)
+        found = {name: check(name, given[name]) for name, check in checks.items()}
     except InputError as error:
         raise error.inside(f"input record {index} ({kind}), ") from None
+    return {**fields, **found, "index": index, "time_ns": time_ns}
 
 
-# --- the kinds ------------------------------------------------------------------------------------
-def _snapshot(fields: Mapping[str, Any]) -> Record:
-    values = _values("parameters", with_names("parameters", fields["parameters"], Disk._fields))
-    _disk("parameters", {name: values[name] for name in Disk._fields})
-    return {
-        "state": mapping("state", fields["state"]),
-        "held": truth("held", fields.get("held", False)),
-        "version": text("version", fields.get("version", "")),
-        "parameters": values,
-    }
+# --- checks of a field ----------------------------------------------------------------------------
+def _whole(low: int, high: int = FAR_NS) -> Check:
+    return lambda field, value: whole(field, value, low, high)
 
 
-def _motion(fields: Mapping[str, Any]) -> Record:
+def _impulse(field: str, value: object) -> float:
+    return number(field, value, -MAX_IMPULSE, MAX_IMPULSE)
+
+
+def _parameter(name: str) -> Check:
+    """A number in the range of a parameter."""
+    spec = parameters.TABLE[name]
+
+    def check(field: str, value: object) -> float:
+        number(field, value)
+        return float(spec.checked(value, field))
+
+    return check
+
+
+def _unless_none(check: Check) -> Check:
+    return lambda field, value: None if value is None else check(field, value)
+
+
+def _mapping_of(checks: Mapping[str, Check]) -> Check:
+    """A mapping that has the names of the checks and no others."""
+
+    def check(field: str, given: object) -> Record:
+        found = only_names(field, given, checks)
+        return {name: one(f"{field} {name}", found[name]) for name, one in checks.items()}
+
+    return check
+
+
+_MOTION = {name: _parameter(name) for name in Motion._fields}
+_INITIAL = {name: _parameter(f"initial_{name}") for name in InitialState._fields}
+_INITIAL["axial_velocity"] = _unless_none(_INITIAL["axial_velocity"])  # None: of the platform
+_disk_numbers = _mapping_of({name: _parameter(name) for name in Disk._fields})
+
+
+def _disk(field: str, given: object) -> Record:
+    disk = _disk_numbers(field, given)
+    parameters.check_together({**parameters.DEFAULTS, **disk})
+    return disk
+
+
+def _points(field: str, given: object) -> list[Any]:
     points, before = [], -1
-    for point in items("points", fields["points"]):
-        at, values = row("points", point, _POINT)
-        at = whole("points, instant", at, before + 1, FAR_NS)
-        named = zip(Motion._fields, row("points", values, Motion._fields), strict=True)
-        points.append([at, [in_range(name, name, value) for name, value in named]])
-        before = at
-    crossfade = whole("crossfade_ns", fields["crossfade_ns"], 0, _FADE_NS)
-    return {"points": points, "crossfade_ns": crossfade}
+    for point in items(field, given):
+        at, values = row(field, point, _POINT)
+        before = whole(f"{field}, instant", at, before + 1, FAR_NS)
+        named = zip(_MOTION.items(), row(field, values, _MOTION), strict=True)
+        points.append([before, [check(name, value) for (name, check), value in named]])
+    return points
 
 
-def _trajectory(fields: Mapping[str, Any]) -> Record:
-    begin = whole("begin_ns", fields["begin_ns"], fields["time_ns"], FAR_NS)
+def _joints(field: str, given: object) -> Record:
     joints: Record = {}
-    for joint, rows in mapping("joints", fields["joints"]).items():
+    for joint, rows in mapping(field, given).items():
         if joint not in OFFSET_JOINTS:
-            raise InputError("joints", joint, ", ".join(OFFSET_JOINTS))
+            raise InputError(field, joint, ", ".join(OFFSET_JOINTS))
         before, joints[joint] = -1, []
         for knot in items(joint, rows):
             at, degree, *state = row(joint, knot, _KNOT)
             before = whole(f"{joint}, instant", at, before + 1, FAR_NS)
             if degree not in DEGREES:
                 raise InputError(f"{joint}, degree", degree, "1, 3 or 5")
-            limited = zip(_LIMITS, state, strict=True)
-            values = [_within(f"{joint}, knot", limit, value) for limit, value in limited]
+            values = [number(f"{joint}, knot", value) for value in state]
+            for limit, value in zip(_LIMITS, values, strict=True):
+                _parameter(limit)(f"{joint}, knot", abs(value))
             joints[joint].append([before, degree, *values])
-    return {"begin_ns": begin, "joints": joints}
-
-
-def _within(field: str, limit: str, value: object) -> float:
-    """A number of which the absolute value is in the range of a limit."""
-    found = number(field, value)
-    in_range(field, limit, abs(found))
-    return found
-
-
-def _impulse(fields: Mapping[str, Any]) -> Record:
-    found: Record = {"at_ns": whole("at_ns", fields["at_ns"], fields["time_ns"], FAR_NS)}
-    for name in ("axial_impulse", "angular_impulse"):
-        found[name] = number(name, fields[name], -MAX_IMPULSE, MAX_IMPULSE)
-    return found
-
-
-def _parameters(fields: Mapping[str, Any]) -> Record:
-    return {
-        "values": _values("values", fields["values"]),
-        "disk": _disk("disk", only_names("disk", fields["disk"], Disk._fields)),
-    }
-
-
-def _pause(fields: Mapping[str, Any]) -> Record:
-    return {"paused": truth("paused", fields["paused"])}
-
-
-def _reset(fields: Mapping[str, Any]) -> Record:
-    initial = dict(only_names("initial", fields["initial"], InitialState._fields))
-    for name, value in initial.items():
-        if not (name == "axial_velocity" and value is None):  # None: that of the platform
-            initial[name] = in_range(f"initial {name}", _INITIAL[name], value)
-    motion = only_names("motion", fields["motion"], Motion._fields)
-    return {
-        "initial": initial,
-        "motion": {name: in_range(f"motion {name}", name, motion[name]) for name in Motion._fields},
-    }
-
-
-CHECKS: Mapping[str, Check] = {
-    "snapshot": _snapshot, "motion": _motion, "trajectory": _trajectory,
-    "impulse": _impulse, "parameters": _parameters, "pause": _pause, "reset": _reset,
-}  # fmt: skip
-FIELDS: Mapping[str, Sequence[str]] = {
-    "snapshot": ("state", "parameters"), "motion": ("points", "crossfade_ns"),
-    "trajectory": ("begin_ns", "joints"), "impulse": ("at_ns", "axial_impulse", "angular_impulse"),
-    "parameters": ("values", "disk"), "pause": ("paused",), "reset": ("initial", "motion"),
-}  # fmt: skip
-"""The fields that a record of each kind must have."""
-KINDS = tuple(CHECKS)
-
-
-def in_range(field: str, parameter: str, value: object) -> float:
-    """A number in the range of a parameter."""
-    number(field, value)
-    return float(parameters.TABLE[parameter].checked(value, field))
-
-
-def _disk(field: str, values: Mapping[str, Any]) -> dict[str, float]:
-    disk = {name: in_range(f"{field} {name}", name, values[name]) for name in Disk._fields}
-    parameters.check_together({**parameters.DEFAULTS, **disk})
-    return disk
+    return joints
 
 
 def _values(field: str, given: object) -> Record:
@@ -202,3 +173,28 @@ def _values(field: str, given: object) -> Record:
         else:
             found[name] = number(where, value)
     return found
+
+
+def _snapshot_values(field: str, given: object) -> Record:
+    values = _values(field, with_names(field, given, Disk._fields))
+    _disk(field, {name: values[name] for name in Disk._fields})
+    return values
+
+
+# --- the kinds ------------------------------------------------------------------------------------
+SCHEMA: Mapping[str, Mapping[str, Check]] = {
+    "snapshot": {
+        "state": mapping, "held": truth, "version": text, "parameters": _snapshot_values,
+    },
+    "motion": {"points": _points, "crossfade_ns": _whole(0, _FADE_NS)},
+    "trajectory": {"begin_ns": _whole(0), "joints": _joints},
+    "impulse": {"at_ns": _whole(0), "axial_impulse": _impulse, "angular_impulse": _impulse},
+    "parameters": {"values": _values, "disk": _disk},
+    "pause": {"paused": truth},
+    "reset": {"initial": _mapping_of(_INITIAL), "motion": _mapping_of(_MOTION)},
+}  # fmt: skip
+"""The fields of a record of each kind."""
+_AHEAD = {"at_ns", "begin_ns"}
+"""Fields that are no instant before the record's own."""
+_OPTIONAL: Mapping[str, Mapping[str, Any]] = {"snapshot": {"held": False, "version": ""}}
+KINDS = tuple(SCHEMA)

@@ -18,10 +18,10 @@ position, velocity and acceleration.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Motion, MotionInForce
@@ -36,7 +36,7 @@ from bouncing_disk_ros.run.command_validation import (
     accept_programme,
 )
 from bouncing_disk_ros.run.presets import named_file, read_yaml_file
-from bouncing_disk_ros.run.time_map import FAR_NS, TimeMap, nanoseconds
+from bouncing_disk_ros.run.time_map import FAR_NS, SIMULATED, TimeMap, nanoseconds, scaled
 from bouncing_disk_ros.run.trajectory_validation import (
     TrajectoryRequest,
     trajectory_of,
@@ -76,7 +76,8 @@ class Programme(NamedTuple):
 
 FIRST_TOSS = "first_toss_to_period_1"
 """A programme of the package in SI units, made for the pizza, that ends in its period-1 orbit."""
-_AT_START = Instant(0, TimeMap(0, 0, 0, 1.0), 0)
+_AT_START = Instant(0, SIMULATED, 0)
+_Timed = TypeVar("_Timed", ProgrammeRequest, TrajectoryRequest)
 ANY_MOTION = Motion(*(float(parameters.DEFAULTS[name]) for name in MOTION_NAMES))
 """Where it does not matter which motion a programme begins with."""
 
@@ -225,6 +226,27 @@ def start_of(
     return earliest_ns + round(missing / target.frequency * NS)
 
 
+def requests_of(
+    programme: Programme, motion: Motion, start_ns: int, times: TimeMap = SIMULATED
+) -> Iterator[ProgrammeRequest | TrajectoryRequest]:
+    """Requests that perform a programme from an instant of simulated time on: motions, offsets.
+
+    `motion` is the one in force at the start. Stamps and times are ROS time on the line `times`.
+    """
+    programme = programme.fitted(motion)
+    yield _timed(programme.request, start_ns, times)
+    if programme.trajectory is not None:
+        yield _timed(programme.trajectory, start_ns, times)
+
+
+def _timed(request: _Timed, start_ns: int, times: TimeMap) -> _Timed:
+    points = tuple(
+        point._replace(after_ns=scaled(point.after_ns, 1.0 / times.slope))
+        for point in request.points
+    )
+    return request._replace(points=points, stamp_ns=times.to_ros(start_ns))
+
+
 def _cycles_gained(
     targets: tuple[tuple[int, Motion], ...], start: Motion, align: Align, crossfade_ns: int
 ) -> float:
@@ -242,12 +264,3 @@ def _cycles_gained(
         cycles += duration * (frequency * part + (fade.target.frequency - frequency) * blend)
         now, frequency = min(fade.end_ns, align.after_ns), fade.target.frequency
     return cycles + frequency * (align.after_ns - now) / NS
-
-
-def as_simulated(programme: Programme) -> list[tuple[float, Mapping[str, float]]]:
-    """The points of a fitted programme as `simulate(programme=...)` takes them."""
-    request = programme.request
-    return [
-        (point.after_ns / NS, dict(zip(request.names, point.positions, strict=True)))
-        for point in request.points
-    ]

@@ -16,7 +16,7 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import SAMPLE_DTYPE, Energy, Motion, join_rows
 from bouncing_disk_ros.errors import FailedError, InputError, closest
 from bouncing_disk_ros.parameters import Value, plain
-from bouncing_disk_ros.run.apply_request import apply_request
+from bouncing_disk_ros.run.apply_request import Request, apply_request
 from bouncing_disk_ros.run.command_validation import (
     ImpulseRequest,
     Instant,
@@ -26,9 +26,9 @@ from bouncing_disk_ros.run.command_validation import (
 )
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.presets import load_preset
-from bouncing_disk_ros.run.programmes import as_simulated, load_programme
+from bouncing_disk_ros.run.programmes import load_programme, requests_of
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.time_map import Grid, TimeMap
+from bouncing_disk_ros.run.time_map import SIMULATED, Grid
 from bouncing_disk_ros.run.trajectory_validation import instant, trajectory_of
 from bouncing_disk_ros.units import NS
 
@@ -170,16 +170,16 @@ def simulate(
     end = instant("duration", duration)
     records: list[Record] = []
     session = Session(whole, records.append, paused=True)
-    arrival = Instant(0, TimeMap(0, 0, 0, 1.0), 0)
+    arrival = Instant(0, SIMULATED, 0)
     knots = _listed("trajectory", trajectory, _KNOTS)
-    offsets = trajectory_of(knots) if knots else None
+    requests: list[Request] = [trajectory_of(knots)] if knots else []
     if isinstance(programme, str):
-        loaded = load_programme(programme).fitted(session.latest_target)
-        programme, offsets = as_simulated(loaded), offsets or loaded.trajectory
-    if points := _listed("programme", programme, _POINTS):
+        motions, *offsets = requests_of(load_programme(programme), session.latest_target, 0)
+        requests = [motions, *(requests or offsets)]
+    elif points := _listed("programme", programme, _POINTS):
         session.command(_points(points, arrival, session.latest_target))
-    if offsets is not None:
-        apply_request(offsets, lambda: (session, arrival))
+    for request in requests:
+        apply_request(request, lambda: (session, arrival))
     for seconds, axial, angular in sorted(map(_impulse, pushes), key=itemgetter(0)):
         impulse = ImpulseRequest((0.0, 0.0, axial), (0.0, 0.0, angular), field="impulses")
         _push(session, impulse, arrival._replace(now_ns=instant("impulses time", seconds)))

@@ -56,6 +56,10 @@ class TimeMap:
         return self.simulated_ns + scaled(ros_ns - self.ros_ns, self.slope)
 
 
+SIMULATED = TimeMap(0, 0, 0, 1.0)
+"""The line of stamps that are simulated time."""
+
+
 def scaled(interval_ns: int, factor: float) -> int:
     """An interval times a factor, exact where the factor is 1."""
     return interval_ns if factor == 1.0 else round(interval_ns * factor)

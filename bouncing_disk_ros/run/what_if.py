@@ -7,7 +7,6 @@ record in one of them and with changes in the other.
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
@@ -15,7 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
+from bouncing_disk_ros.bounded import NewestRows
 from bouncing_disk_ros.core.model import (
+    IMPACT_DTYPE,
     SAMPLE_DTYPE,
     Disk,
     InitialState,
@@ -32,7 +33,7 @@ from bouncing_disk_ros.run.time_map import nanoseconds
 from bouncing_disk_ros.units import NS
 
 Rows = NDArray[np.void]
-MAX_ROWS = 20_000
+KEPT_ROWS = 20_000
 """Newest rows of each run that are kept."""
 SAMPLES = 2000
 """Samples of each run, evenly over its whole time."""
@@ -47,7 +48,7 @@ class Trace(NamedTuple):
     """What is kept of one run."""
 
     impacts: int  # single ones, those counted in a row included
-    rows: Rows  # the newest MAX_ROWS, IMPACT_DTYPE
+    rows: Rows  # the newest KEPT_ROWS, IMPACT_DTYPE
     samples: NDArray[np.void]  # SAMPLE_DTYPE, evenly over the run
     detail: NDArray[np.void]  # SAMPLE_DTYPE, finer where the two part
     rotor_speed: float  # mean over the last SPEED_SECONDS, rad/s; nan: no time has passed
@@ -78,24 +79,20 @@ class _Track:
         self.impacts = 0
         self.samples: list[Sample] = []
         self.detail: list[Sample] = []
-        self._rows: deque[Rows] = deque()
-        self._count = 0
+        self._rows = NewestRows(IMPACT_DTYPE, KEPT_ROWS)
         self.speed_from = simulation.sample()
 
     def keep(self, rows: Rows) -> None:
         """Take the next rows; forget the oldest."""
         self.impacts += int(rows["count"].sum(dtype=np.int64))
         self._rows.append(rows)
-        self._count += len(rows)
-        while self._count - len(self._rows[0]) >= MAX_ROWS:
-            self._count -= len(self._rows.popleft())
 
     def trace(self) -> Trace:
         motion, end = self.simulation.motion_in_force, self.simulation.sample()
         steady = motion.begin_ns == motion.end_ns
         return Trace(
             self.impacts,
-            join_rows(list(self._rows))[-MAX_ROWS:],
+            self._rows.rows,
             np.array([tuple(sample) for sample in self.samples], SAMPLE_DTYPE),
             np.array([tuple(sample) for sample in self.detail], SAMPLE_DTYPE),
             _mean_speed(self.speed_from, end),

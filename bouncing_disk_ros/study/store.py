@@ -1,9 +1,9 @@
 """The store of a study: a Zarr group that xarray opens, with a mark for each finished region.
 
 Zarr writes and reads it. Each chunk ends with its crc32c, which Zarr compares whenever it reads the
-chunk. But Zarr reads a missing chunk as fill values, follows links, and decompresses as much as a
-chunk says that it holds. So a stored result is checked before it is read: its files and metadata by
-`contents`, its chunks by `damage`.
+chunk. But Zarr reads a missing chunk as fill values, follows links, decompresses as much as a chunk
+says that it holds, and has no checksum of metadata, such as parameters. So a stored result is
+checked before it is read: its files and metadata by `contents`, its chunks by `damage`.
 """
 
 from __future__ import annotations

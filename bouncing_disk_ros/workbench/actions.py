@@ -11,6 +11,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from bouncing_disk_ros.parameters import TABLE, Value, spec_of
+from bouncing_disk_ros.run.command_validation import (
+    ImpulseRequest,
+    PointRequest,
+    ProgrammeRequest,
+)
 from bouncing_disk_ros.topics import SERVICES
 
 
@@ -32,6 +37,11 @@ class Move:
 
     values: Mapping[str, float]
 
+    def request(self) -> ProgrammeRequest:
+        """What is asked of the run."""
+        point = PointRequest(tuple(map(float, self.values.values())), 0)
+        return ProgrammeRequest(tuple(self.values), (point,))
+
 
 @dataclass(frozen=True)
 class Set:
@@ -46,6 +56,10 @@ class Impulse:
 
     axial: float = 0.0
     angular: float = 0.0
+
+    def request(self) -> ImpulseRequest:
+        """What is asked of the run."""
+        return ImpulseRequest((0.0, 0.0, float(self.axial)), (0.0, 0.0, float(self.angular)))
 
 
 @dataclass(frozen=True)

@@ -15,12 +15,9 @@ from bouncing_disk_ros.juggling.simulated_loop import run_loop
 from bouncing_disk_ros.run.apply_request import apply_request
 from bouncing_disk_ros.run.command_validation import Instant
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.time_map import TimeMap
+from bouncing_disk_ros.run.time_map import SIMULATED
 from bouncing_disk_ros.run.trajectory_validation import TrajectoryPoint, TrajectoryRequest
 from bouncing_disk_ros.topics import OFFSET_JOINTS
-
-_SIMULATED = TimeMap(0, 0, 0, 1.0)
-"""Stamps of this loop are simulated time."""
 
 
 class LocalJuggling(LiveLoop):
@@ -44,9 +41,7 @@ class LocalJuggling(LiveLoop):
         """Send what was answered; InputError where the session's limits forbid it."""
         answers, self._answers = self._answers, []
         for one in answers:
-            apply_request(
-                _request(one), lambda: (session, Instant(session.input_ns, _SIMULATED, 0))
-            )
+            apply_request(_request(one), lambda: (session, Instant(session.input_ns, SIMULATED, 0)))
 
 
 def _load() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import queue
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,18 +15,13 @@ from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Sample
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.run.apply_request import apply_request
-from bouncing_disk_ros.run.command_validation import (
-    ImpulseRequest,
-    PointRequest,
-    ProgrammeRequest,
-)
+from bouncing_disk_ros.run.apply_request import Request, apply_request
 from bouncing_disk_ros.run.control import RunControl, inactive
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.loop import BUDGET_NS
-from bouncing_disk_ros.run.programmes import load_programme, start_of
+from bouncing_disk_ros.run.programmes import load_programme, requests_of, start_of
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.time_map import TimeMap, nanoseconds
+from bouncing_disk_ros.run.time_map import SIMULATED, TimeMap, nanoseconds
 from bouncing_disk_ros.units import NS
 from bouncing_disk_ros.workbench.actions import (
     Action,
@@ -190,22 +185,21 @@ class LocalLink(RunLink):
             self._run.set_active(transition == "activate")
 
     def _command(self, run: RunControl, action: Move | Impulse | Perform) -> None:
-        session, _ = arrived = run.open("an input")
-        match action:
-            case Move(values):
-                point = PointRequest(tuple(map(float, values.values())), 0)
-                apply_request(ProgrammeRequest(tuple(values), (point,)), lambda: arrived)
-            case Impulse(axial, angular):
-                impulse = ImpulseRequest((0.0, 0.0, float(axial)), (0.0, 0.0, float(angular)))
-                apply_request(impulse, lambda: arrived)
-            case Perform(name):
-                programme = load_programme(name)
-                motion = session.simulation.motion_in_force
-                fade = nanoseconds(float(self._values["crossfade_duration"]))
-                begin = start_of(programme, motion, session.time_ns + LEAD_NS, fade)
-                targets = programme.targets(motion.target)
-                session.command([(begin + after, target) for after, target in targets])
+        session, instant = run.open("an input")
+        arrived = session, instant._replace(times=SIMULATED)
+        for request in self._requests(action, session):
+            apply_request(request, lambda: arrived)
         run.publish_consequences()
+
+    def _requests(self, action: Move | Impulse | Perform, session: Session) -> Iterable[Request]:
+        """What an action asks of the run; stamps are simulated time."""
+        if not isinstance(action, Perform):
+            return [action.request()]
+        programme = load_programme(action.programme)
+        motion = session.simulation.motion_in_force
+        fade = nanoseconds(float(self._values["crossfade_duration"]))
+        begin = start_of(programme, motion, session.time_ns + LEAD_NS, fade)
+        return requests_of(programme, motion.target, begin)
 
     def _juggle(self, action: Juggle) -> None:
         """Start a loop; its kernels are loaded with the first one."""

@@ -1,7 +1,8 @@
 """What stands before the page's web server: hosts, the token, limits of sockets, a short log.
 
 Every request is checked before Bokeh sees it. A page of another site that gets its name to point to
-this machine (DNS rebinding) sends its own name as Host, and has no token.
+this machine (DNS rebinding) sends its own name as Host, and has no token. Bokeh's own hook
+(`auth_module`) does not cover static files, and Tornado's (`prepare`) is one for each handler.
 """
 
 from __future__ import annotations

@@ -9,7 +9,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from geometry_msgs.msg import WrenchStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Log
@@ -22,11 +21,10 @@ from std_srvs.srv import SetBool, Trigger
 
 from bouncing_disk_ros.command_line.child import Child
 from bouncing_disk_ros.errors import one_line
-from bouncing_disk_ros.ros.conversions import programme_to_msg
+from bouncing_disk_ros.ros.conversions import impulse_to_msg, programme_to_msg
 from bouncing_disk_ros.ros.from_messages import time_to_ns
 from bouncing_disk_ros.ros.node_tool import publishing_nodes
 from bouncing_disk_ros.ros.qos import profile_of, publisher_of, subscription_to
-from bouncing_disk_ros.run.command_validation import PointRequest, ProgrammeRequest
 from bouncing_disk_ros.topics import MOTION_NAMES, Qos
 from bouncing_disk_ros.workbench.actions import (
     Action,
@@ -241,13 +239,10 @@ class RosLink(RunLink):
             case Move(values) if len(values) == 1:
                 ((name, value),) = values.items()
                 self._publishers[name].publish(Float64(data=float(value)))
-            case Move(values):
-                point = PointRequest(tuple(map(float, values.values())), 0)
-                self._command.publish(programme_to_msg(ProgrammeRequest(tuple(values), (point,))))
-            case Impulse(axial, angular):
-                msg = WrenchStamped()
-                msg.wrench.force.z, msg.wrench.torque.z = float(axial), float(angular)
-                self._impulse.publish(msg)
+            case Move():
+                self._command.publish(programme_to_msg(action.request()))
+            case Impulse():
+                self._impulse.publish(impulse_to_msg(action.request()))
             case Set(values):
                 self._set(values)
             case Call("pause", paused):

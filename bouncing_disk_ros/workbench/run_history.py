@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
+from bouncing_disk_ros.bounded import Newest, NewestRows
 from bouncing_disk_ros.core.model import ImpactKind, Motion, MotionInForce
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.units import NS
-from bouncing_disk_ros.workbench.row_buffer import RowBuffer
 
 _SAMPLE_FIELDS = (
     "time", "disk_position", "platform_position", "disk_angle", "platform_angle",
@@ -52,18 +52,16 @@ class Notice(NamedTuple):
 
 
 class Timeline(Generic[T]):
-    """Items with the times from which they hold, in order; the newest KEPT_CHANGES of them."""
+    """Items with the times from which they hold, in order; at least the newest KEPT_CHANGES."""
 
     def __init__(self) -> None:
-        self.times: list[float] = []
-        self.items: list[T] = []
+        self.times = Newest[float](KEPT_CHANGES)
+        self.items = Newest[T](KEPT_CHANGES)
 
     def add(self, time: float, item: T) -> None:
         """Add an item that holds from a time on, not before that of the last one."""
         self.times.append(time)
         self.items.append(item)
-        if len(self.times) > KEPT_CHANGES:
-            del self.times[0], self.items[0]
 
     def at(self, time: float) -> T | None:
         """What holds at a time; the first item where that lies before all."""
@@ -93,9 +91,9 @@ class RunHistory:
         self.notices: deque[Notice] = deque(maxlen=KEPT_NOTICES)
         self._notice_count = 0
         self._index = -1  # of the newest record of inputs
-        self.samples = RowBuffer(SAMPLE_DTYPE, keep)
-        self.points = RowBuffer(POINT_DTYPE, max(keep, KEPT_POINTS))
-        self.speeds = RowBuffer(SPEED_DTYPE, max(keep, KEPT_SPEEDS))
+        self.samples = NewestRows(SAMPLE_DTYPE, keep)
+        self.points = NewestRows(POINT_DTYPE, max(keep, KEPT_POINTS))
+        self.speeds = NewestRows(SPEED_DTYPE, max(keep, KEPT_SPEEDS))
         self._begin()
 
     def _begin(self) -> None:

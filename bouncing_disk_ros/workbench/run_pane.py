@@ -26,7 +26,7 @@ from bouncing_disk_ros.side_window import SideWindow, side_window
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.units import in_pi, number_text, shown_unit
 from bouncing_disk_ros.workbench.page_style import one_column
-from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE, SPEED_DTYPE, RunHistory, numbers
+from bouncing_disk_ros.workbench.run_history import RunHistory, numbers
 from bouncing_disk_ros.workbench.run_view import PATH_SECONDS, SPEED_SECONDS, Frame, RunView
 from bouncing_disk_ros.workbench.strobe import shown_motion, text_of
 
@@ -244,13 +244,11 @@ class RunPane:
         self._history, self._clock = history, clock
         self._view = RunView(history)
         self._figures = run_figures()
-        self._path = np.zeros(0, SAMPLE_DTYPE)  # the samples in the figure
         self._window: SideWindow | None = None
         self._looked = -math.inf
         self._size, self._unit = 1.0, "m"
         self._values: dict[str, float] = {}
         self._scale = 1.0
-        self._speeds = np.zeros(0, SPEED_DTYPE)  # in the figure
         self._least_speed, self._predicted = 0.0, cast("float | None", None)
         self._factor = 1.0
         figures = self._figures
@@ -285,17 +283,12 @@ class RunPane:
             return frame
         if frame.clear:
             self.flow.restart()
-            self._path, self._speeds = self._path[:0], self._speeds[:0]
             self._looked = -math.inf
-        self._path = np.concatenate([self._path, frame.samples])[-KEPT_PATH:]
-        self._speeds = np.concatenate([self._speeds, frame.speeds])[-KEPT_SPEEDS:]
-        recent = self._path["time"] > frame.time - self._view.path_seconds
-        self._path = self._path[recent]
         if now - self._looked > WINDOW_SECONDS or self._is_outside(frame.pose):
             self._looked = now
-            if self._look():
+            if self._look(frame.time):
                 frame = self._anew(until)
-            self._look_at_speeds()
+            self._look_at_speeds(frame.time)
         self._draw(frame)
         if len(frame.samples) and self._history.phase != "paused":
             self.flow.note_sent(now, float(frame.samples["time"][-1]))
@@ -306,9 +299,7 @@ class RunPane:
     def _anew(self, until: float) -> Frame:
         """The frame with all rows: heights are in another unit."""
         self._view.restart()
-        frame = self._view.frame(until)
-        self._path = frame.samples[-KEPT_PATH:]
-        return frame
+        return self._view.frame(until)
 
     # --- what is in force
     def _take_values(self, values: Mapping[str, float]) -> None:
@@ -368,10 +359,13 @@ class RunPane:
         heights = self._figures.heights
         return not heights.start <= float(pose["disk_position"]) / self._size <= heights.end
 
-    def _look(self) -> bool:
+    def _look(self, now: float) -> bool:
         """Fit the window to the path; whether the unit of heights is another one than before."""
         amplitude = self._values["axial_amplitude"]
-        disk, platform = self._path["disk_position"], self._path["platform_position"]
+        with self._history.lock:
+            since = now - self._view.path_seconds
+            path = self._history.samples.between(since, now, KEPT_PATH)
+        disk, platform = path["disk_position"], path["platform_position"]
         low = min([-amplitude, *([platform.min(), disk.min()] if len(disk) else [])])
         high = max([amplitude, *([disk.max()] if len(disk) else [])])
         window = side_window(self._diameter(), float(low), float(high), _ASPECT)
@@ -392,13 +386,12 @@ class RunPane:
         self._caption()
         return changed
 
-    def _look_at_speeds(self) -> None:
+    def _look_at_speeds(self, now: float) -> None:
         """Fit the range of speeds to what is shown."""
-        shown = self._speeds["speed"][
-            self._speeds["time"]
-            > self._path["time"].max(initial=0.0) - (SPEED_SECONDS * self._factor)
-        ]
-        found = [*shown, *([] if self._predicted is None else [self._predicted])]
+        with self._history.lock:
+            since = now - SPEED_SECONDS * self._factor
+            shown = self._history.speeds.between(since, now, KEPT_SPEEDS)
+        found = [*shown["speed"], *([] if self._predicted is None else [self._predicted])]
         if not found:
             return
         _fit(self._figures.speed.y_range, min(found), max(found), self._least_speed)

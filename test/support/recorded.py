@@ -199,7 +199,8 @@ class RecordedRun:
 
 def listened(result: Result) -> RunRecord:
     """What a listener keeps of a simulated run: its disk, impacts, samples and speeds."""
-    record = RunRecord(Disk.of(result.parameters), chunks=[result.impacts])
+    record = RunRecord(Disk.of(result.parameters))
+    record.impacts.append(result.impacts)
     for sample in result.samples:
         time = float(sample["time_ns"]) / NS
         names = ("axial_position", "platform_position", "angular_velocity")

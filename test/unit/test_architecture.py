@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "bouncing_disk_ros"
 
 TABLES = {
-    "angles", "animation", "colours", "errors",
+    "angles", "animation", "bounded", "colours", "errors",
     "executables", "field_checks", "matplotlib_figures", "folders", "help_text", "impact_layout",
     "kernel_cache", "limits", "parameters", "parsing", "public_names", "regular_file",
     "side_window", "sliders", "topics", "units",
@@ -64,6 +64,7 @@ MAY_IMPORT = {
 #: folder -> libraries from outside that it may import besides the standard library
 LIBRARIES = {
     "angles": {"numpy"},  # the types alone
+    "bounded": {"numpy"},
     "parsing": {"yaml"},
     "kernel_cache": {"numba", "tqdm"},
     "animation": {"numpy", "matplotlib", "PIL"},

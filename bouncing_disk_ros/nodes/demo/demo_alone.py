@@ -20,7 +20,7 @@ from bouncing_disk_ros.nodes.demo.demo_story import (
 from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.report.run_record import RunRecord, State
 from bouncing_disk_ros.report.run_record_builder import Impacts, Parsed, RunRecordBuilder
-from bouncing_disk_ros.run.programmes import FIRST_TOSS, as_simulated, load_programme, start_of
+from bouncing_disk_ros.run.programmes import FIRST_TOSS, load_programme, start_of
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.simulate import Result, simulate
 from bouncing_disk_ros.units import NS
@@ -45,7 +45,8 @@ def _simulated(values: Mapping[str, Value], duration: float) -> Result:
     programme = load_programme(FIRST_TOSS)
     at_rest = Session(values, lambda _: None).simulation.motion_in_force
     begin = start_of(programme, at_rest, 0) / NS
-    points = [(begin + after, motion) for after, motion in as_simulated(programme)]
+    targets = programme.targets(at_rest.target)
+    points = [(begin + after_ns / NS, motion._asdict()) for after_ns, motion in targets]
     rate = float(values["state_rate"])
     given: dict[str, Any] = dict(values)
     return simulate(begin + duration, programme=points, sample_rate=rate, **given)

@@ -151,7 +151,7 @@ class DemoNode(Node):
 
     def _status(self, end: str) -> None:
         speed = self.record.speeds[-1][1] if self.record.speeds else 0.0
-        impacts = sum(int(chunk["count"].sum()) for chunk in self.record.chunks)
+        impacts = int(self.record.rows["count"].sum())
         print(
             f"{self._clear}{self.time:6.2f} s  {self._builder.phase:<8}  {impacts:4d} impacts  "
             f"rotor {speed:7.3f} rad/s  orbit {self._orbit or 'not settled'}",

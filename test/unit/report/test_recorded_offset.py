@@ -62,7 +62,7 @@ class Recorded:
                 self.samples.append(
                     (self.session.time_ns / NS, now.platform_position, now.platform_velocity)
                 )
-        self.record.chunks += [join_rows(self.session.take_rows())]
+        self.record.impacts.append(join_rows(self.session.take_rows()))
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +82,8 @@ def test_positions_and_velocities_are_those_of_the_run(recorded: Recorded) -> No
 
 
 def test_without_inputs_an_offset_makes_restitution_unknown(recorded: Recorded) -> None:
-    record = RunRecord(UNKNOWN_DISK, chunks=[recorded.record.rows])
+    record = RunRecord(UNKNOWN_DISK)
+    record.impacts.append(recorded.record.rows)
     record.motions.append(recorded.record.motions[0])
     RunRecordBuilder(record).handlers["platform/offset"](None)
     found = report_of(record, RecordSource("a")).restitution

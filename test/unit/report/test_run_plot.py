@@ -16,7 +16,7 @@ from bouncing_disk_ros.core.model import Motion, MotionInForce
 from bouncing_disk_ros.matplotlib_figures import save_picture
 from bouncing_disk_ros.report.run_picture import run_picture
 from bouncing_disk_ros.report.run_record import RunRecord
-from bouncing_disk_ros.run.programmes import as_simulated, load_programme
+from bouncing_disk_ros.run.programmes import load_programme
 from bouncing_disk_ros.run.simulate import simulate
 from support.figure_boxes import flaws
 from support.recorded import listened
@@ -29,7 +29,7 @@ def first_toss() -> RunRecord:
     """The demonstration without DDS, aligned by hand."""
     programme = load_programme("first_toss_to_period_1")
     result = simulate(
-        15.0, preset="pizza_multiple_toss", programme=as_simulated(programme), sample_rate=50.0,
+        15.0, preset="pizza_multiple_toss", programme="first_toss_to_period_1", sample_rate=50.0,
         initial_with_platform=True, initial_axial_velocity=0.0, axial_amplitude=0.0,
         angular_amplitude=0.0, phase_lag=0.0, initial_forcing_phase=1.77,
     )  # fmt: skip

@@ -13,7 +13,7 @@ from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.simulate import Result
 from bouncing_disk_ros.run.what_if import (
-    MAX_ROWS,
+    KEPT_ROWS,
     changes_of,
     what_if,
 )
@@ -97,10 +97,10 @@ def test_it_ends_where_a_record_is_lost() -> None:
 
 def test_memory_is_bounded() -> None:
     run = simulate(0.6, preset="swum")
-    assert len(run.impacts) > MAX_ROWS
+    assert len(run.impacts) > KEPT_ROWS
     runs = what_if(run.inputs, changes_of({"friction": 0.1}), 6 * NS // 10)
-    assert len(runs.first.rows) == MAX_ROWS
-    np.testing.assert_array_equal(runs.first.rows["index"], run.impacts["index"][-MAX_ROWS:])
+    assert len(runs.first.rows) == KEPT_ROWS
+    np.testing.assert_array_equal(runs.first.rows["index"], run.impacts["index"][-KEPT_ROWS:])
     assert runs.first.impacts == run.impacts["count"].sum()
 
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.model import Motion, Phase
+from bouncing_disk_ros.core.model import Motion, Phase, join_rows
 from bouncing_disk_ros.maps.motor_curves import friction_limit, mean_speed
 from bouncing_disk_ros.report.run_record import RunRecord, State
 from bouncing_disk_ros.report.run_report import RecordSource, report_of
 from bouncing_disk_ros.run.presets import load_preset
-from bouncing_disk_ros.run.programmes import as_simulated, load_programme
+from bouncing_disk_ros.run.programmes import load_programme
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.simulate import simulate
 from bouncing_disk_ros.topics import MOTION_NAMES
@@ -44,13 +44,13 @@ def record_of(end: float, rate: float) -> RunRecord:
         )  # fmt: skip
         if simulation.motion_in_force != record.motions[-1]:
             record.motions.append(simulation.motion_in_force)
-        record.chunks += session.take_rows()
+        record.impacts.append(join_rows(session.take_rows()))
     return record
 
 
 def test_the_programme_ends_in_period_1_and_at_rest_however_late_it_begins() -> None:
     preset = Motion(*(float(load_preset("swum")[name]) for name in MOTION_NAMES))
-    points = as_simulated(load_programme(NAME).fitted(preset))
+    points = [(at / 1e9, motion._asdict()) for at, motion in load_programme(NAME).targets(preset)]
     early, late = -3e-6, 12e-6  # the forcing phase of the run is 0.74 where 1.77 is aimed at
     aim = (1.77 - 0.7383651652519078) / math.tau / 40_000.0
     for offset in np.linspace(early, late, 3) + aim:

@@ -14,7 +14,7 @@ from bouncing_disk_ros.core.model import IMPACT_DTYPE, SAMPLE_DTYPE, Disk
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.run.presets import load_preset, preset_names
-from bouncing_disk_ros.run.programmes import as_simulated, load_programme
+from bouncing_disk_ros.run.programmes import load_programme
 from bouncing_disk_ros.run.session import motion_of
 
 
@@ -94,7 +94,9 @@ def test_a_preset_file_of_one_s_own_works(tmp_path: Path) -> None:
 
 def test_a_programme_is_given_by_its_name() -> None:
     name = "first_toss_to_period_1"
-    points = as_simulated(load_programme(name))
+    start = motion_of(parameters.complete(load_preset("pizza_multiple_toss")))
+    targets = load_programme(name).targets(start)
+    points = [(at_ns / 1e9, motion._asdict()) for at_ns, motion in targets]
     by_name = simulate(3.0, preset="pizza_multiple_toss", programme=name)
     by_points = simulate(3.0, preset="pizza_multiple_toss", programme=points)
     assert by_name.inputs == by_points.inputs

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -96,6 +97,22 @@ def test_what_is_wrong_is_refused_in_one_line(link: LocalLink) -> None:
         link.send(action)
         wait(lambda: line in link.history.notices_after(0)[-1].text)  # noqa: B023 (called at once)
         assert link.history.notices_after(0)[-1].is_refusal
+
+
+def test_a_programme_moves_the_platform_and_its_offset(link: LocalLink, tmp_path: Path) -> None:
+    """The offsets of a programme were left out here; `perform` and `simulate` had them."""
+    file = tmp_path / "mine.yaml"
+    file.write_text(
+        "description: one motion and an offset\n"
+        "points:\n  - {time: 0.1, axial_amplitude: 0.01}\n"
+        "trajectory:\n  - {time: 0.2, platform_axial: [0.01, 0.0]}\n"
+    )
+    wait(lambda: link.history.latest > 0.0)
+    session = link._run.session if link._run else None
+    assert session is not None
+    link.send(Perform(str(file)))
+    wait(lambda: session.latest_target.axial_amplitude == 0.01)
+    wait(lambda: session.latest_offset.axial.plans[-1].segments[-1].start.position == 0.01)
 
 
 def test_it_juggles_until_it_is_stopped_or_another_run_begins(

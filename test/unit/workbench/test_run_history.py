@@ -13,16 +13,10 @@ from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind, Motion, Motio
 from bouncing_disk_ros.ros.conversions import impacts_to_msg
 from bouncing_disk_ros.units import NS
 from bouncing_disk_ros.workbench.history_reader import HistoryReader
-from bouncing_disk_ros.workbench.row_buffer import RowBuffer
 from bouncing_disk_ros.workbench.run_history import KEPT_CHANGES, SAMPLE_DTYPE, RunHistory, Timeline
 from bouncing_disk_ros.workbench.run_view import RunView
 
 STILL, FAST = Motion(0.0, 0.0, 3.0, 0.0), Motion(0.1, 0.5, 4.0, 0.2)
-DTYPE = np.dtype([("time", "f8")])
-
-
-def rows(*times: float) -> NDArray[np.void]:
-    return np.array([(time,) for time in times], DTYPE)
 
 
 def samples(*times: float) -> NDArray[np.void]:
@@ -40,32 +34,16 @@ def steady(motion: Motion, begin: float) -> MotionInForce:
     return MotionInForce(round(begin * NS), round(begin * NS), motion, motion, 0, 0.0)
 
 
-def test_a_buffer_keeps_the_newest_rows_however_they_come() -> None:
-    buffer = RowBuffer(DTYPE, 5)
-    time = 0.0
-    for count in (1, 3, 9, 2, 5, 1, 1, 1, 50, 4):
-        new = np.arange(time, time + count)
-        buffer.append(rows(*new))
-        time += count
-        assert buffer.rows["time"].tolist() == np.arange(max(0.0, time - 5), time).tolist()
-    assert buffer.between(time - 4, time - 2, 10)["time"].tolist() == [time - 3, time - 2]
-    assert buffer.between(-math.inf, math.inf, 2)["time"].tolist() == [time - 2, time - 1]
-    last = buffer.last(time - 2.5)
-    assert last is not None
-    assert last["time"] == time - 3
-    assert buffer.last(-1.0) is None
-
-
 def test_a_timeline_says_what_held_when() -> None:
     line: Timeline[str] = Timeline()
     assert line.at(1.0) is None
     assert line.since(1.0) == -math.inf
-    for time in range(KEPT_CHANGES + 1):
+    for time in range(2 * KEPT_CHANGES):
         line.add(float(time), f"from {time}")
-    assert line.at(10.5) == "from 10"
-    assert line.since(10.5) == 10.0
+    assert line.at(KEPT_CHANGES + 10.5) == f"from {KEPT_CHANGES + 10}"
+    assert line.since(KEPT_CHANGES + 10.5) == KEPT_CHANGES + 10.0
     assert len(line.items) == KEPT_CHANGES
-    assert line.at(-1.0) == "from 1", "before all of them: the first that is kept"
+    assert line.at(-1.0) == f"from {KEPT_CHANGES}", "before all of them: the first that is kept"
 
 
 def test_frames_bring_what_is_new_and_only_that() -> None:
