@@ -39,7 +39,7 @@ def curve_family(
     cannot be followed is in `lost`, and the others are computed all the same. Raises InputError for
     an empty window, or a point outside it.
 
-    >>> curve_family(NextCollisionMap(0.45, 0.5))
+    >>> curve_family(NextCollisionMap(0.45, 0.5), doublings=0, largest_step=0.05)
     """
     window = (window or Window()).checked()
     place = section.axial_forcing, section.restitution

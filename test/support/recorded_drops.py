@@ -39,26 +39,10 @@ BALLS = {
 }
 
 
-@dataclass(frozen=True)
-class Drop:
-    """A recording and its truth: `restitution`, and `is_spoken` where a voice is heard."""
-
-    sound: Sound
-    restitution: float
-    scatter: float
-    kind: str
-
-
 def random_recording(rng: Generator) -> tuple[Sound, float]:
-    """The sound of a random drop, and the lowest frequency of its table, Hz."""
-    return recorded_drop(rng).sound, 300.0
-
-
-def recorded_drop(rng: Generator) -> Drop:
-    """A random drop, recorded by a random phone in a random room."""
+    """A random drop, recorded by a random phone in a random room; its table's lowest tone, Hz."""
     rate = float(rng.choice([44100, 48000, 48000, 16000, 96000], p=[0.4, 0.25, 0.25, 0.05, 0.05]))
-    kind = str(rng.choice(list(BALLS)))
-    ball = BALLS[kind]
+    ball = BALLS[str(rng.choice(list(BALLS)))]
     restitution = float(rng.uniform(*ball.restitution))
     scatter = float(rng.choice([0.0, 0.002, 0.005]))
     start = rng.uniform(0.5, 2.5)
@@ -79,7 +63,7 @@ def recorded_drop(rng: Generator) -> Drop:
     if rng.random() < 0.25:
         limit = rng.uniform(0.3, 0.9)
         samples = np.clip(samples, -limit, limit)
-    return Drop(Sound(samples, rate, times, decibels), restitution, scatter, kind)
+    return Sound(samples, rate, times, decibels), 300.0
 
 
 def _impacts(

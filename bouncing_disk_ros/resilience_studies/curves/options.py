@@ -26,7 +26,7 @@ _NOT_TAKEN = ("phase_lag", "angular_forcing", "x_axis", "y_axis", "along")
 _FUNCTION = """\
 Folds, doublings, grazes and onset of contact of orbits in the plane of Γ and ε.
 
->>> curves(axial_forcing_count=8, restitution_count=6, doublings=0)["curve_kind"]
+>>> curves(axial_forcing_count=8, restitution_count=6, doublings=0, largest_step=0.05)["curve_kind"]
 """
 _SPECS = (
     Spec("axial_forcing", 0.45, "1", "the attractors at this axial forcing ...", "Γ", low=0.0,

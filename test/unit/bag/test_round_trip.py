@@ -30,7 +30,7 @@ from support.bags import QOS, START_NS, STEP_NS, TYPES, Sent, impact_rows, make,
 WAYS: list[dict[str, Any]] = [
     {},
     {"compression": "lz4", "chunk_size": 5000, "max_duration": 0.03},
-    {"compression": "none", "chunk_size": 1, "max_size": 6000},
+    {"compression": "none", "chunk_size": 1, "max_size": 20_000},
 ]
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 import math
 from pathlib import Path
 from typing import Any
@@ -72,16 +71,6 @@ def test_bounds_of_a_drop_are_those_of_its_closed_form() -> None:
             part = 1 - (e**k if row["kind"] == "impact" else 0)
             time = first + 2 * first * e * part / (1 - e)
             assert mpf(row["time_lower"]) <= time <= mpf(row["time_upper"])
-
-
-def test_a_case_states_each_number_in_hex_too() -> None:
-    for case in CASES:
-        content = json.loads((folder() / f"{case.file_stem}.json").read_text("utf-8"))
-        stated = content["parameters"]
-        assert set(stated) == set(case.parameters)
-        for name, value in case.parameters.items():
-            assert stated[name]["value"] == value
-            assert isinstance(value, bool) or float.fromhex(stated[name]["hex"]) == value
 
 
 def test_chaos_multiplies_an_error_of_the_start_as_the_condition_says() -> None:
@@ -193,15 +182,6 @@ def _is_short(found: Comparison, event: int) -> bool:
     times = found.case.events["time_lower"]
     around = times[max(event - 2, 0) : event + 1]
     return bool(np.any(np.diff(around) < 8e-3))
-
-
-def test_soft_bounces_tell_their_restitution() -> None:
-    """Samples of a simulator that bounces by 0.82 where 0.75 is asked for."""
-    case = reference_case("drop")
-    rows = simulate(1.3, **{**case.keywords(), "restitution": 0.82}, sample_rate=1000.0).samples
-    columns = {"time": rows["time_ns"] * 1e-9, "position": rows["axial_position"]}
-    lines = compare_with_case("drop", columns).lines
-    assert any(line.startswith("restitution: 0.82 for 0.75") for line in lines), "\n".join(lines)
 
 
 def test_one_flight_at_a_time_does_not_add_errors_up() -> None:

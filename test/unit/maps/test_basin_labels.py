@@ -1,4 +1,4 @@
-"""Basins: starts without an end, times, uncertainties of shares, clear errors."""
+"""Basins: starts without an end, times, uncertainties of shares, errors of threads."""
 
 from __future__ import annotations
 
@@ -7,17 +7,16 @@ import math
 import numpy as np
 import pytest
 
-from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors
 from bouncing_disk_ros.maps.basin_labels import (
     UNRESOLVED,
     LabelRule,
-    before_impact,
     impacts_needed,
     label_starts,
     shares,
 )
+from bouncing_disk_ros.maps.lanes.lane_table import LANES, in_slices
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 
 
@@ -76,9 +75,10 @@ def test_share_of_a_half_plane_has_the_error_of_its_boundary() -> None:
     assert one.uncertainty == 0.5 * math.sqrt(80) / 8000
 
 
-def test_velocity_after_the_impact() -> None:
-    w = np.array([-1.0, -0.5])
-    assert np.array_equal(before_impact(w, 0.5, after=True), [-2.0, -1.0])
-    assert np.array_equal(before_impact(w, 0.5, after=False), w)
-    with pytest.raises(InputError, match="velocity"):
-        before_impact(w, 0.0, after=True)
+def test_the_first_error_of_a_thread_is_raised() -> None:
+    def work(part: slice) -> None:
+        if part.start > 0:
+            raise ValueError(f"at {part.start}")
+
+    with pytest.raises(ValueError, match=f"at {4 * LANES}$"):
+        in_slices(work, 20 * LANES, 2)

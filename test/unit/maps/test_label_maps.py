@@ -49,15 +49,6 @@ def test_straight_line_counts_exactly() -> None:
     assert uncertainty_exponent(labels, [1, 2, 4], periodic=True).counts[0] == 4 / 64
 
 
-def test_entropy_of_equal_shares() -> None:
-    """A column of squares cut in the middle has ln 2, all others nothing."""
-    labels = (np.arange(40)[None, :] >= 22).repeat(40, 0).astype(np.int64)
-    entropy = basin_entropy(labels, 4)
-    assert entropy.boundary == pytest.approx(math.log(2.0), abs=1e-15)
-    assert entropy.basin == pytest.approx(math.log(2.0) / 10, abs=1e-15)
-    assert entropy.boundary_squares == 10
-
-
 @pytest.mark.parametrize("shape", [(0, 0), (5,), (8, 8)])
 def test_maps_too_small_are_refused(shape: tuple[int, ...]) -> None:
     with pytest.raises(InputError, match="labels"):

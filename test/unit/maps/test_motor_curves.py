@@ -110,26 +110,6 @@ def test_speed_under_a_brake_has_its_knee(
     assert found.output_power[0] >= 0.0 if abs(load) == 0.0 else True
 
 
-def test_the_energy_that_goes_in_comes_out() -> None:
-    disks = [DISK._replace(load_torque=load, brake_torque=brake)
-             for load in (-0.004, 0.0, 0.004) for brake in (0.0, 0.002, 0.02)]  # fmt: skip
-    for start in ("period-1", "rest"):
-        found = measure([(MOTION, disk) for disk in disks], Run(start))
-        given_power = found.axial_power + found.angular_power
-        lost = found.impact_loss + found.impact_friction_loss + found.sliding_loss
-        np.testing.assert_allclose(given_power, found.output_power + lost, rtol=1e-8, atol=1e-9)
-
-
-def test_a_load_that_balances_the_impacts_stalls_the_rotor() -> None:
-    slow = MOTION._replace(angular_amplitude=1e-5)
-    balance = DISK.inertia * math.tau * slow.frequency / math.pi
-    orbit = period_one(slow, DISK)
-    assert orbit is not None
-    at_stall = DISK._replace(load_torque=balance * orbit.angular_velocity)
-    found = measure([(slow, at_stall)], Run())
-    assert abs(found.mean_speed[0]) < 1e-9 * orbit.angular_velocity
-
-
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_beyond_the_limit_the_rotor_runs_away(sign: float) -> None:
     limit = motor_curves.friction_limit(DISK)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -55,19 +53,6 @@ def test_an_orbit_of_one_impact_in_two_cycles() -> None:
     found = settle_states(parameters, states, 2000, 2 * KEPT)
     assert (found.kind[0], found.period[0], found.cycles[0]) == (PERIODIC, 1, 2)
     assert found.mean_speed[0] == pytest.approx(orbit.mean_speed, abs=1e-9)
-
-
-def test_starts() -> None:
-    parameters = plane([0.4, 0.3])
-    states = start_states(parameters)
-    orbit = fixed_point(0.4, 0.5, -0.3, 50.0)
-    expected = [orbit.state[0] + 1e-3, orbit.state[1]]
-    np.testing.assert_allclose(states[0, :2], expected, atol=1e-12)
-    assert states[1].tolist() == start_states(parameters, "contact")[1].tolist()
-    assert states[1, :2].tolist() == [1.5 * math.pi, 0.0]
-    np.testing.assert_allclose(states[:, 2], np.cos(states[:, 0] - 0.3), atol=1e-15)
-    assert start_states(plane([0.0]), "period-1")[0, 1] == 0.0
-    assert start_states(plane([0.0]), "period-1")[0, 0] == 1.5 * math.pi
 
 
 def test_faults_are_said() -> None:

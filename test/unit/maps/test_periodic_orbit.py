@@ -4,79 +4,13 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
 
-from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
-from bouncing_disk_ros.maps.period_one import period_one, stability_limit
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point, periodic_orbit
 from bouncing_disk_ros.maps.settled_speed import settled_speed
-
-
-@pytest.mark.parametrize(
-    ("axial_forcing", "cycles"), [(0.34, 1), (0.45, 1), (0.9, 1), (0.8, 2), (1.2, 3)]
-)
-def test_newtons_method_finds_the_closed_form(axial_forcing: float, cycles: int) -> None:
-    """Source: the paper's period-1 orbit; with k periods between impacts likewise."""
-    section = NextCollisionMap(axial_forcing, 0.5)
-    phase, w = math.acos(cycles / 3 / axial_forcing), -4 / 3 * cycles
-    orbit = periodic_orbit(section, MapState(phase + 0.01, 1.01 * w), 1)
-    assert orbit.forcing_phase[0] == pytest.approx(phase, abs=1e-12)
-    assert orbit.axial_impact_velocity[0] == pytest.approx(w, abs=1e-12)
-    assert orbit.cycles == cycles
-    assert orbit.determinant == 0.25
-
-
-def test_the_multipliers_of_the_period_1_orbit() -> None:
-    """Trace 1 + ε² − π(1+ε)²Γ sin τ: a multiplier is −1 at Γ₁, and the product is ε²."""
-    limit = stability_limit(0.5)
-    at = fixed_point(limit, 0.5)
-    assert min(abs(m + 1.0) for m in at.multipliers) < 1e-13
-    for axial_forcing in (0.34, 0.4, 0.47, 0.55):
-        orbit = fixed_point(axial_forcing, 0.5)
-        trace = 1.25 - math.pi * 2.25 * axial_forcing * math.sin(orbit.forcing_phase[0])
-        assert orbit.trace == pytest.approx(trace, abs=1e-12)
-        first, second = orbit.multipliers
-        assert first + second == pytest.approx(trace, abs=1e-12)
-        assert first * second == pytest.approx(0.25, abs=1e-13)
-        assert orbit.stable == (axial_forcing < limit)
-
-
-def test_friction_settles_the_speed() -> None:
-    """Against plain iteration; weak friction: the multiplier of the speed is 0, for one sticks."""
-    section = NextCollisionMap(0.5, 0.5, 0.3, 100.0)
-    settled = section.iterate(MapState(1.0, -1.3), 4000)
-    orbit = periodic_orbit(section, settled, 2)
-    impacts = section.orbit(orbit.state, 2)
-    assert orbit.angular_multiplier == 0.0
-    assert orbit.angular_impact_velocity[0] == pytest.approx(settled[2], abs=1e-12)
-    mean = impacts.turned.sum() / impacts.delay.sum()
-    assert orbit.mean_speed == pytest.approx(mean, abs=1e-12)
-    free = periodic_orbit(NextCollisionMap(0.5, 0.5), settled, 2)
-    assert math.isnan(free.mean_speed)
-    assert math.isnan(free.angular_multiplier)
-    assert free.state.angular_impact_velocity == 0.0
-
-
-def test_an_orbit_with_contact_forgets_at_once() -> None:
-    section = NextCollisionMap(0.34, 0.5, 0.0, 10.0)
-    after = section.orbit(MapState(1.0, -0.01), 20_000)
-    rides = np.flatnonzero(after.contact)
-    n = int(rides[-1] - rides[-2])
-    start = MapState(*(float(a[rides[-1]]) for a in after[:3]))
-    orbit = periodic_orbit(section, start, n)
-    assert orbit.contacts == 1
-    assert orbit.multipliers == (0.0, 0.0)
-    assert orbit.stable
-    assert orbit.lyapunov_exponent == -math.inf
-    assert orbit.mean_speed == pytest.approx(
-        after.turned[rides[-2] + 1 : rides[-1] + 1].sum()
-        / after.delay[rides[-2] + 1 : rides[-1] + 1].sum(),
-        abs=1e-12,
-    )
 
 
 def test_no_orbit_is_said_so() -> None:
@@ -116,24 +50,3 @@ def test_a_speed_that_roundings_hide_is_not_known() -> None:
     assert math.isnan(orbit.angular_multiplier)
     known = find_attractors(orbit.map, [(0.7, -1.3)]).found
     assert all(math.isnan(settled_speed(one, orbit.map)) for one in known)
-
-
-DISK = Disk(0.25, 0.5, 0.6, 0.12, 0.30 / (2 * math.sqrt(2)), 10.0)
-
-
-def motion(axial_forcing: float) -> Motion:
-    return Motion(axial_forcing * math.pi * DISK.gravity / (6 * math.pi) ** 2, 1.0, 3.0, 0.0)
-
-
-def test_orbit_and_separation_are_where_the_paper_has_them() -> None:
-    still = Motion(0.0, 0.0, 3.0, 0.0)
-    assert period_one(still, DISK) is None
-    assert period_one(still, DISK._replace(restitution=1.0)) is None
-    assert stability_limit(0.5) == pytest.approx(0.486003, abs=5e-7)  # paper: 0.486
-    assert period_one(motion(0.333), DISK) is None
-    assert period_one(motion(0.334), DISK) is not None
-    assert period_one(motion(0.485), DISK).stable  # type: ignore[union-attr]
-    assert not period_one(motion(0.487), DISK).stable  # type: ignore[union-attr]
-    orbit = period_one(motion(stability_limit(0.5)), DISK)
-    assert orbit is not None
-    assert -orbit.forcing_phase / math.pi == pytest.approx(-0.26, abs=0.005)

@@ -9,11 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from bouncing_disk_ros.core.model import InitialState, Phase
-from bouncing_disk_ros.core.simulation import Simulation
+from bouncing_disk_ros.core.model import Phase
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.single_toss import (
     TOSS_NONE,
@@ -25,14 +22,11 @@ from bouncing_disk_ros.maps.single_toss import (
 from bouncing_disk_ros.maps.tosses import (
     CODES,
     LOWEST,
-    MEASURES,
     PAPER,
     PAPER_DISK,
     Toss,
     TossSetting,
     extreme,
-    height_of,
-    motion_of,
     ridge,
     separation_phase,
     toss,
@@ -40,46 +34,10 @@ from bouncing_disk_ros.maps.tosses import (
     toss_pixels,
     toss_trajectory,
 )
-from reference.cases import FIXED, NS
 
 EPS = float(np.finfo(float).eps)
 OMEGA = math.tau * PAPER.frequency
 WEAK = PAPER._replace(arc_amplitude=0.02)  # c ω² < g: never leaves
-
-
-def stepper(
-    lag: float, angle: float, setting: TossSetting, speed: float, tau: float, delay: float
-) -> tuple[float, float, Phase]:
-    """α̇, the platform's work and the phase just after separation, by the simulation itself."""
-    start = InitialState(angular_velocity=speed, forcing_phase=tau)
-    run = Simulation(motion_of(lag, angle, setting), setting.disk, start)
-    run.advance(math.ceil(delay * NS) + 1)
-    energy, sample = run.energy(), run.sample()
-    return sample.angular_velocity, energy.work_axial + energy.work_angular, sample.phase
-
-
-@given(lag=st.floats(-3.2, 3.2), angle=st.floats(0.01, 1.4))
-@FIXED
-def test_from_rest_no_disk_outruns_its_platform(lag: float, angle: float) -> None:
-    found, mirrored = toss(lag, angle), toss(lag + math.pi, angle)
-    assert abs(found.speed_ratio) <= 1.0 + 4 * EPS
-    assert 0.0 <= found.efficiency < 1.0
-    # sin(θ + π) is −sin θ but for the rounding of θ + π, and a crease doubles nothing
-    swing = OMEGA * 0.25 / 0.12
-    assert mirrored.airborne_speed == pytest.approx(-found.airborne_speed, abs=1e-13 * swing)
-    assert mirrored.efficiency == pytest.approx(found.efficiency, abs=1e-13)
-
-
-def test_one_toss_without_arrays_has_the_bits_of_the_map() -> None:
-    speed, tau = 3.0, -1e-17
-    lags, angles = np.linspace(-3.0, 3.0, 5), np.array([0.0, 0.3, 0.8, 1.2, 1.5])
-    found = toss(lags[:, None], angles, angular_velocity=speed, forcing_phase=tau)
-    for measure in MEASURES:
-        height = height_of(measure, PAPER, speed, tau)
-        one = [[height(float(lag), float(angle)) for angle in angles] for lag in lags]
-        table = getattr(found, measure)
-        np.testing.assert_array_equal(one, table if measure == "efficiency" else np.abs(table))
-        assert not np.isnan(table).all()
 
 
 def test_how_a_toss_ends() -> None:
@@ -142,10 +100,6 @@ def test_what_cannot_be_used_is_refused(
         defaults = {"measure": "efficiency"} if call is extreme else {}
     with pytest.raises(InputError, match=re.escape(words)):
         call(**{**defaults, **arguments})
-
-
-G = PAPER_DISK.gravity
-ANGLE = math.pi / 4
 
 
 def test_a_duration_may_be_given() -> None:

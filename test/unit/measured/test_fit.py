@@ -29,6 +29,7 @@ from bouncing_disk_ros.measured.settled_flights import periods_of, told_by
 from bouncing_disk_ros.measured.starts import first_values
 from bouncing_disk_ros.study.definition import definition_of
 from bouncing_disk_ros.study.from_run import of_preset, wanted
+from reference.cases import examples
 from support.live import LiveSimulators
 from support.measured_impacts import GRAVITY, at_rest, vibrating, with_law
 from support.recorded import RecordedRun
@@ -172,7 +173,7 @@ def test_chaos_on_a_vibrating_platform_reaches_the_bound() -> None:
 
 def test_a_settled_orbit_does_not_tell_its_parameters() -> None:
     """Period 1 gives one relation, cos τ = (1 - ε)/((1 + ε)Γ): no preset, but impacts to come."""
-    fit = fit_impacts(on_plate(40, 0.45, 0.5, 200)[0], frequency=20.0)
+    fit = fit_impacts(on_plate(40, 0.45, 0.5, 200)[0], frequency=20.0, scatter=0.0)
     assert "restitution" in fit.untold
     assert fit["restitution"].low < 0.5 < fit["restitution"].high
     assert fit.told.startswith("n(1 − ε)/((1 + ε)Γ) = cos τ, if n = ")
@@ -264,6 +265,8 @@ def test_a_settled_orbit_of_period_2_does_not_tell_its_parameters() -> None:
     assert fit["restitution"].low < 0.5 < fit["restitution"].high
     assert len(fit.prediction.times) > 0
     assert fit.told.startswith("r(n₁ + n₂)/Γ + q(1/n₁ − 1/n₂) = cos τ₁ + cos τ₂ and")
+    assert math.isnan(fit.other_frequency), "its equations are fulfilled at 40 Hz as well"
+    assert fit.possible > 0.5
 
 
 @pytest.mark.parametrize(("forcing", "count"), [(0.45, 1), (0.52, 2)])
@@ -316,6 +319,7 @@ def test_a_phase_reference_makes_settled_orbits_told() -> None:
         assert fit.untold == ()
 
 
+@pytest.mark.soak
 def test_intervals_on_a_settled_orbit_cover() -> None:
     """Period 1 with a phase reference: of 40 experiments 95 %, within four deviations (32 to 40).
 
@@ -368,7 +372,7 @@ def test_missed_and_false_impacts_are_found_by_the_law_of_flights() -> None:
     at = [3, 8, 9]
     cases = [
         (at_rest(np.random.default_rng(2), 30, 1e-4, 0.003, 0.92), 0.0, 0.92),
-        (on_plate(60, 0.8, 0.7)[0], 20.0, 0.7),
+        (on_plate(30, 0.8, 0.7)[0], 20.0, 0.7),
     ]
     for times, frequency, true in cases:
         false = times[[5, 20]] + 0.31 * np.diff(times)[[5, 20]]
@@ -440,12 +444,12 @@ def test_what_refutes_the_model_leaves_no_preset(tmp_path: Path) -> None:
 def test_hits_of_no_law_have_no_model() -> None:
     """Five of nine hits at random are flights with ε = 0.53: so are others in most such files.
 
-    Of 12 recordings with a law, 5 % missed and 5 % false impacts, none is taken for that.
+    Of recordings with a law, 5 % missed and 5 % false impacts, none is taken for that.
     """
     fit = fit_impacts(np.sort(np.random.default_rng(9).uniform(0, 3, 9)))
     assert fit.chance > 0.01
     assert fit.doubt == "the model does not hold: hits of no law have such flights too"
-    for seed in range(12):
+    for seed in range(examples(4)):
         rng = np.random.default_rng(seed)
         times = at_rest(rng, 12, 1e-4, 0.003)
         kept = times[rng.random(12) > 0.05]
@@ -478,11 +482,17 @@ def test_two_balls_or_drops_are_two_sequences(later: float) -> None:
         _ = fit.preset
 
 
-@pytest.mark.parametrize("part", [0.5, 2.0, 1.01, 1.001])
-def test_a_wrong_frequency_is_said_and_leaves_no_preset(part: float) -> None:
-    """20 impacts at 20 Hz: ε was 0.66, 0.99, 0.79 and 0.70 with a preset for three of these."""
-    times, _ = vibrating(np.random.default_rng(3), 8, 20, 0.8, 0.7, 0.003, skip=30)
-    seen = times[0] + 1e-5 * np.random.default_rng(0).standard_normal(20)
+@pytest.mark.parametrize(
+    ("part", "count"),
+    [
+        (2.0, 12), (1.001, 12),
+        *[pytest.param(part, 20, marks=pytest.mark.soak) for part in (0.5, 2.0, 1.01, 1.001)],
+    ],
+)  # fmt: skip
+def test_a_wrong_frequency_is_said_and_leaves_no_preset(part: float, count: int) -> None:
+    """Impacts at 20 Hz: ε was 0.66, 0.99, 0.79 and 0.70 with a preset for three of these."""
+    times, _ = vibrating(np.random.default_rng(3), 8, count, 0.8, 0.7, 0.003, skip=30)
+    seen = times[0] + 1e-5 * np.random.default_rng(0).standard_normal(count)
     fit = fit_impacts(seen, frequency=20.0 * part)
     assert fit.other_frequency == pytest.approx(20.0, rel=1e-3)
     assert "does not hold: the times fit" in fit.doubt
@@ -498,12 +508,12 @@ def test_a_better_frequency_is_named_where_no_model_fits() -> None:
 
 @pytest.mark.parametrize(
     ("forcing", "restitution", "count", "skip"),
-    [(0.8, 0.7, 20, 30), (0.45, 0.5, 12, 0), (0.52, 0.5, 40, 200)],
+    [(0.8, 0.7, 20, 30), (0.45, 0.5, 12, 0)],
 )
 def test_no_other_frequency_fits_better_than_the_true_one(
     forcing: float, restitution: float, count: int, skip: int
 ) -> None:
-    """Chaos, a transient, and period 2, whose equations are fulfilled at 40 Hz as well."""
+    """Chaos, and a transient."""
     times, _ = vibrating(np.random.default_rng(3), 8, count, forcing, restitution, skip=skip)
     seen = times[0] + 1e-5 * np.random.default_rng(0).standard_normal(count)
     fit = fit_impacts(seen, frequency=20.0, scatter=0.0)
@@ -545,7 +555,7 @@ def test_the_probability_of_residuals_is_one_and_tells_a_wrong_model() -> None:
     ("count", "forcing", "scatter", "missed"),
     [
         (8, 0.0, 0.0, []),
-        (60, 0.8, 0.0, [12]),
+        (20, 0.8, 0.0, [12]),
         pytest.param(12, 0.0, 0.01, [], marks=pytest.mark.soak),
         pytest.param(60, 0.8, 0.003, [12], marks=pytest.mark.soak),
     ],

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 
-import numpy as np
 import pytest
 
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Phase, join_rows
@@ -60,15 +59,6 @@ def _instant(state: object) -> tuple[int, float]:
     return state.ns, state.sub  # type: ignore[attr-defined]
 
 
-def test_every_impact_is_an_event() -> None:
-    plain = run()
-    rows, _ = plain.advance(4 * NS)
-    found = [event for event in trace(run(), 4 * NS) if event.kind is Kind.IMPACT]
-    alone = rows[rows["kind"] == 0]
-    speeds = np.array([event.value for event in found])
-    assert np.array_equal(speeds, alone["axial_impact_velocity"])
-
-
 def test_a_trace_goes_on_where_one_has_ended() -> None:
     whole = list(trace(run(), 4 * NS))
     made, parts = run(), []
@@ -76,16 +66,6 @@ def test_a_trace_goes_on_where_one_has_ended() -> None:
         parts += list(trace(made, until, is_end=False))
     parts += list(trace(made, 4 * NS))
     assert parts == whole
-
-
-def test_inputs_between_traces_are_events_boundaries() -> None:
-    made = run()
-    first = list(trace(made, NS // 2, is_end=False))
-    made.apply_impulse(NS // 2, 1.0, 0.0)
-    then = list(trace(made, NS, is_end=False))
-    carried = next(event for event in (*first, *then) if event.after and event.after.ns == NS // 2)
-    assert carried.kind is Kind.PROPAGATED
-    assert carried.boundary_ns == NS // 2
 
 
 def test_the_scale_of_a_slip_is_inherited() -> None:

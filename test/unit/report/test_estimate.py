@@ -219,15 +219,6 @@ def test_too_few_impacts_have_no_interval(n: int) -> None:
     assert friction.low <= 0.01 < friction.high
 
 
-def test_no_impacts() -> None:
-    rows, disk, motion = run()
-    for found in (by_velocities(rows[:0], motion), restitution_of(rows[:0], mass=0.25)):
-        assert math.isnan(found.value)
-        assert (found.low, found.high, found.impacts) == (0.0, 1.0, 0)
-    found = friction_of(rows[:0], disk)
-    assert (found.low, found.high, found.impacts) == (0.0, math.inf, 0)
-
-
 def test_summed_rows_and_missing_values_are_left_out() -> None:
     rows, disk, motion = run()
     rows = rows[rows["count"] == 1].copy()
@@ -248,11 +239,3 @@ def test_impossible_values_are_said() -> None:
     found = restitution_of(rows, mass=0.5 * disk.mass)  # 1 + ε reads 3
     assert found.value == pytest.approx(2.0, abs=1e-13)
     assert found.note.startswith("outside 0 to 1: check mass")
-
-
-def test_one_way_must_be_chosen() -> None:
-    rows, disk, motion = run()
-    with pytest.raises(ValueError, match="either"):
-        restitution_of(rows)
-    with pytest.raises(ValueError, match="either"):
-        restitution_of(rows, platform_velocities(rows, motion), disk.mass)

@@ -8,12 +8,11 @@ from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
-import pytest
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
-from bouncing_disk_ros.report.orbit import Orbit, OrbitKind, orbit_of
+from bouncing_disk_ros.report.orbit import Orbit, orbit_of
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import Programme, load_programme
 from bouncing_disk_ros.run.session import motion_of
@@ -64,34 +63,6 @@ def succeeds(errors: Sequence[float]) -> bool:
     """Whether the toss lands in period 1 with an error (s) of the time of each point."""
     late = [(at + error, motion) for (at, motion), error in zip(commands(), errors, strict=True)]
     return final_orbit(late, disk_and_motion()[0], phase_at_start()).is_period_one
-
-
-def test_without_the_first_toss_the_same_motion_chatters() -> None:
-    disk, final = disk_and_motion()
-    orbit = final_orbit([(commands()[-1][0], final)], disk, phase_at_start())
-    assert orbit.kind is OrbitKind.CHATTERING
-
-
-def test_the_whole_file_works_from_any_orbit_before_it() -> None:
-    """The rest at its beginning makes it independent of what the disk did before."""
-    disk, final = disk_and_motion()
-    align = file().align
-    assert align is not None
-    single = load_preset("pizza_single_toss")
-    wild = motion_of(single)
-    for before in (final, wild, wild._replace(axial_amplitude=0.1)):
-        simulation = Simulation(before, disk, InitialState())
-        begin = round(4.0 * NS)
-        simulation.advance(begin)
-        phase = simulation.sample().forcing_phase  # all have 3 Hz: the phase goes on unchanged
-        missing = (phase_at_start() - phase) % math.tau / (math.tau * 3.0)
-        start = begin + round(missing * NS)
-        simulation.command([(start + at, motion) for at, motion in file().targets(before)])
-        simulation.advance(start + align.after_ns)
-        aligned = simulation.sample().forcing_phase
-        assert aligned == pytest.approx(align.forcing_phase, abs=1e-7)
-        rows, _ = simulation.advance(start + round(20 * NS))
-        assert abs(rows["axial_impact_velocity"][-1] + 20.0 / 9.0) < 1e-6
 
 
 def test_any_two_errors_up_to_a_tenth_of_a_second_are_forgiven() -> None:

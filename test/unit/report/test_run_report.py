@@ -9,11 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bouncing_disk_ros import parameters, simulate
-from bouncing_disk_ros.core.model import Disk, ImpactKind
+from bouncing_disk_ros import parameters
 from bouncing_disk_ros.errors import InputError, counted
 from bouncing_disk_ros.report.estimate import Estimate
-from bouncing_disk_ros.report.impact_energy import impact_energy
 from bouncing_disk_ros.report.report_panels import panels
 from bouncing_disk_ros.report.report_text import lines, path_text, transient_text
 from bouncing_disk_ros.report.run_record import (
@@ -60,45 +58,6 @@ def test_orbit_speed_and_estimates_are_those_of_the_run(settled: Report) -> None
     assert settled.friction.value == pytest.approx(0.02, rel=1e-12)
     assert said["restitution ε"].endswith("; in force 0.5")
     assert said["friction μ"].startswith("0.02 ± ")
-
-
-def test_losses_from_the_rows_are_those_of_the_ledger(settled: Report) -> None:
-    check = settled.ledger
-    assert check is not None
-    assert (check.begin, check.missing, check.summed) == (0.0, 0, 0)
-    # the ledger on /diagnostics has nine digits
-    assert check.rows_axial == pytest.approx(check.ledger_axial, rel=1e-8)
-    assert check.rows_friction == pytest.approx(check.ledger_friction, rel=1e-8)
-    assert check.rows_friction > 0.1
-    drawn = {series.name: series for series in panels(settled, 100)[4].series}
-    for part in ("axial", "friction"):
-        line, rings = drawn[f"loss in impacts, {part}"], drawn[f"{part}, from the impacts"]
-        assert len(rings.x) > 3
-        expected = line.y[np.searchsorted(line.x, rings.x)]
-        assert rings.y == pytest.approx(expected, rel=1e-8, abs=1e-12)
-    run = simulate(40.0, preset="pizza_multiple_toss", friction=0.02)
-    energies = impact_energy(run.impacts, Disk.of(run.parameters))
-    # each side sums about a hundred terms to rounding
-    assert energies.axial.sum() == pytest.approx(run.energy.loss_impact_axial, rel=1e-12)
-    assert energies.friction.sum() == pytest.approx(run.energy.loss_impact_friction, rel=1e-12)
-
-
-def test_rows_of_chatters_are_left_out_of_the_ledger_s_check(tmp_path: Path) -> None:
-    """At Γ = 0.4, from rest: chatters every cycle; their rows are counted, not guessed."""
-    found = made(tmp_path, 10.0, axial_amplitude=0.4 * math.pi * 10.0 / (6.0 * math.pi) ** 2,
-                 initial_with_platform=True, initial_axial_velocity=0.0)  # fmt: skip
-    check = found.ledger
-    assert check is not None
-    assert check.summed > 5
-    assert check.rows_axial < check.ledger_axial
-    # in a chatter nearly all of m w²/2 is lost; gravity and platform are constant to 1e-3 in it
-    missing = check.ledger_axial - check.rows_axial
-    assert missing == pytest.approx(check.in_summed, rel=0.05)
-    energies = impact_energy(found.rows, found.record.disk)
-    assert np.all(energies.friction[energies.summed] == 0.0)
-    tail = found.rows[:1].copy()  # of one impact, after which endless ones are within rounding
-    tail["kind"], tail["count"] = ImpactKind.CHATTER_TAIL, 1
-    assert impact_energy(tail, found.record.disk).summed.tolist() == [True]
 
 
 def test_a_change_of_motion_makes_segments_and_the_choice_is_free(tmp_path: Path) -> None:

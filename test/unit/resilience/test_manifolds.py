@@ -175,19 +175,6 @@ def test_edge_tracking_ends_in_the_same_state() -> None:
     assert state.orbit is not None
 
 
-def test_the_saddle_has_the_opposite_sine() -> None:
-    for restitution in np.linspace(0.1, 0.9, 9).tolist():
-        low = (1.0 - restitution) / (1.0 + restitution)
-        node = fixed_point(low * 1.02, restitution)
-        saddle = saddle_of(node)
-        tau, other = float(saddle.forcing_phase[0]), float(node.forcing_phase[0])
-        assert math.cos(tau) == pytest.approx(math.cos(other), abs=1e-12)
-        assert math.sin(tau) == pytest.approx(-math.sin(other), abs=1e-12)
-        outer, inner = saddle.multipliers
-        assert (outer * inner).real == pytest.approx(restitution**2, rel=1e-12)
-        assert outer.real > 1.0
-
-
 def test_pairs_lie_on_both_sides_of_boundaries() -> None:
     labels = np.array([[0, 0, 1], [0, 1, 1], [-1, 1, 2]], np.int32)
     tau, w = np.array([1.0, 2.0, 3.0]), np.array([-3.0, -2.0, -1.0])

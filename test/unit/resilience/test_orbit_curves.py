@@ -46,15 +46,6 @@ def test_the_fold_of_period_1_is_where_it_exists(period_one: list[Curve]) -> Non
     assert curve.restitution.min() == pytest.approx(0.02, abs=ROUNDING)
 
 
-def test_the_doubling_of_period_1_is_the_closed_form(period_one: list[Curve]) -> None:
-    curve = of_kind(period_one, CurveKind.DOUBLING)
-    e = curve.restitution
-    exact = np.hypot((1 - e) / (1 + e), 2.0 * (1 + e * e) / (math.pi * (1 + e) ** 2))
-    assert np.max(np.abs(curve.axial_forcing - exact)) < ROUNDING
-    assert (e.min(), e.max()) == pytest.approx((0.02, 0.98), abs=0.03)
-    assert curve.admissible.all()
-
-
 def test_the_saddle_grazes_for_small_restitution(period_one: list[Curve]) -> None:
     """At ε = 0.05 from Γ ≈ 0.92 on, before Γ₁: beyond, its flight is cut short."""
     curve = of_kind(period_one, CurveKind.GRAZE)

@@ -59,35 +59,6 @@ def test_a_change_from_the_start_is_a_run_with_that_parameter(change: dict[str, 
     assert runs.second.impacts == changed.impacts["count"].sum()
 
 
-def test_finer_samples_are_those_of_the_run() -> None:
-    """What had passed when the parting was found is simulated again, to the same bits."""
-    run = simulate(1000.0)  # the step of the even samples, 0.5 s, is longer than a period
-    runs = what_if(run.inputs, changes_of({"friction": 0.3}), 1000 * NS)
-    detail = runs.first.detail
-    assert detail["time_ns"][-1] > NS // 2 > detail["time_ns"][0]
-    again = Driven()
-    for sample in detail:
-        again.session.advance(int(sample["time_ns"]))
-        assert tuple(again.session.simulation.sample())[1:] == tuple(sample)[1:]
-
-
-def test_a_change_in_mid_run_begins_at_the_snapshot() -> None:
-    run = Driven()
-    run.advance(2.0)
-    run.session.command([(run.session.input_ns + NS, Motion(0.05, 0.5, 3.0, 0.0))])
-    run.session.snapshot()
-    run.advance(5.0)
-    start = run.record_list[2]["time_ns"]
-    end = run.session.time_ns
-    changes = changes_of({"axial_amplitude": 0.03, "restitution": 0.3})
-    runs = what_if(run.record_list[2:], changes, end)
-    assert runs.start_ns == start
-    assert runs.divergence_time_ns is not None
-    assert runs.divergence_time_ns > start
-    motion = runs.second.samples["platform_position"][-600:].max()
-    assert motion == pytest.approx(0.03, rel=1e-4)  # of 600 samples over 6 periods, the largest
-
-
 def test_it_ends_where_a_record_is_lost() -> None:
     run = Driven().drive(8)
     records = run.record_list

@@ -10,7 +10,7 @@ import yaml
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.executables import STUDIES
 from bouncing_disk_ros.study import named
-from bouncing_disk_ros.study.definition import COMMON, definition_of
+from bouncing_disk_ros.study.definition import definition_of
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -150,25 +150,6 @@ def test_what_cannot_be_used_is_one_line_before_any_work(
         named(name, **given)
     assert words in caught.value.line
     assert "\n" not in caught.value.line
-
-
-def test_counts_of_a_chatter_say_how_far_they_go() -> None:
-    """It has impacts without end; the numbers are those before its rest is summed."""
-    fields = [named(name).fields for name in ("parameter_map", "bifurcation", "motor")]
-    about = [
-        one[name].long_name for one in fields for name in ("period", "contacts") if name in one
-    ]
-    assert len(about) == 4
-    assert all("the last ones of a chatter as one" in text for text in about)
-
-
-def test_where_and_how_is_no_part_of_what() -> None:
-    for definition in map(definition_of, STUDIES):
-        own = set(definition.options)
-        assert not own & set(COMMON)
-        assert {*own, "output", "workers", "hold"} <= set(definition.table)
-    assert "bag" in definition_of("basins").table
-    assert "bag" not in definition_of("toss_map").table
 
 
 @pytest.mark.parametrize(("restitution", "begin"), [(0.5, 0.335), (0.3, 0.541154), (0.7, 0.177353)])

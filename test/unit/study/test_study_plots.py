@@ -328,7 +328,7 @@ def test_a_motor_over_load_and_preload(tmp_path: Path) -> None:
 
 def test_the_efficiency_at_two_preloads_is_drawn_wherever_there_is_one(tmp_path: Path) -> None:
     """Contours end where the first of two lines does; cells show each point."""
-    figures, _, result = shown(tmp_path, motor, x_count=12, y_begin=22.0, y_end=28.0, y_count=2)
+    figures, _, result = shown(tmp_path, motor, x_count=7, y_begin=22.0, y_end=28.0, y_count=2)
     right = figures["speed_torque"].axes[1]
     (image,) = right.images
     assert right.get_ylim() == (19.0, 31.0), "whole cells"
@@ -342,8 +342,8 @@ def test_the_efficiency_at_two_preloads_is_drawn_wherever_there_is_one(tmp_path:
 
 def test_a_motor_under_a_brake_has_no_stall_torque(tmp_path: Path) -> None:
     figures, lines, _ = shown(
-        tmp_path, motor, x_axis="brake_torque", x_count=5, y_axis="phase_lag", y_begin=-1.0,
-        y_end=1.0, y_count=3,
+        tmp_path, motor, x_axis="brake_torque", x_count=3, y_axis="phase_lag", y_begin=-1.0,
+        y_end=1.0, y_count=2,
     )  # fmt: skip
     assert list(figures) == ["speed_torque", "motor_map"]
     assert not any("stall" in line for line in lines)

@@ -56,10 +56,10 @@ def small_maps() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return np.linspace(-0.5, 1.5, 41) * math.pi, np.linspace(0.0, 0.5, 31) * math.pi
 
 
-def test_maps(tmp_path: Path) -> None:
+def test_maps() -> None:
     lags, angles = small_maps()
     figure = maps_figure(
-        lags, angles, toss(lags[:, None], angles), [FASTEST, SIDEWAYS], ridge(points=40)
+        lags, angles, toss(lags[:, None], angles), [FASTEST, SIDEWAYS], ridge(points=20)
     )
     speed, ratio, efficiency = figure.axes[:3]
     assert efficiency.get_xlabel() == r"phase lag $\theta$ (rad)"
@@ -77,8 +77,7 @@ def test_maps(tmp_path: Path) -> None:
     assert np.asarray(cross.get_ydata()) == pytest.approx(0.2456)
     assert any("never leaves" in text.get_text() for text in ratio.texts)
     assert efficiency.get_xlim() == (-0.5, 1.5)
-    figure.savefig(tmp_path / "figure.pdf")
-    assert 5_000 < (tmp_path / "figure.pdf").stat().st_size < 1_000_000
+    figure.draw_without_rendering()
 
 
 @pytest.mark.parametrize("given", [{"friction": 0.0}, {"initial_angular_velocity": -30.0}])

@@ -12,13 +12,12 @@ from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.study.basins.compute import Basins, from_arrays
 from bouncing_disk_ros.study.basins.options import DEFINITION as BASINS
 from bouncing_disk_ros.workbench import basin_pane
-from bouncing_disk_ros.workbench.basin_pane import COARSE, attractors_of, label_of, view
+from bouncing_disk_ros.workbench.basin_pane import COARSE, label_of, view
 from bouncing_disk_ros.workbench.control_pane import amplitude_of
 from bouncing_disk_ros.workbench.start_plane import (
     NOT_DECIDED,
     Window,
     is_distinct,
-    pixel_centre,
     section_of,
     whole_window,
 )
@@ -91,16 +90,6 @@ def test_a_view_that_is_no_longer_wanted_is_not_computed() -> None:
     assert view(NextCollisionMap(0.45, 0.5), whole_window(), SIDE, lambda: True) is None
 
 
-def test_pixels_are_those_of_the_study() -> None:
-    window = Window(0.3, 1.7, -2.0, -0.25)
-    axes = study_of(0.45, window).axes
-    phases, speeds = axes["forcing_phase"].values, axes["velocity"].values
-    for column, line in ((0, 0), (17, 40), (SIDE - 1, SIDE - 1)):
-        start = float(phases[column]), float(speeds[line])
-        assert pixel_centre(window, SIDE, *start) == start
-    assert pixel_centre(window, SIDE, 1.7, -0.25) == (float(phases[-1]), float(speeds[-1]))
-
-
 def test_the_label_of_one_start_is_that_of_its_pixel() -> None:
     found = view(NextCollisionMap(0.45, 0.5), whole_window(), 16)
     assert found is not None
@@ -118,23 +107,6 @@ def test_the_end_of_double_precision_is_seen() -> None:
     found = view(NextCollisionMap(0.45, 0.5), around(2.0, -1.0, 1e-14), 64)
     assert found is not None
     assert not found.distinct
-
-
-@pytest.mark.parametrize("axial_forcing", [0.3, 0.48])
-def test_attractors_are_those_of_the_study_by_default(axial_forcing: float) -> None:
-    default = Basins(
-        {
-            **{name: spec.default for name, spec in BASINS.options.items()},
-            "axial_forcing": axial_forcing,
-        }
-    )
-    expected = from_arrays(default.context()).found
-    own = attractors_of(NextCollisionMap(axial_forcing, 0.5)).found
-    assert len(own) == len(expected)
-    for mine, one in zip(own, expected, strict=True):
-        assert mine.kind is one.kind
-        np.testing.assert_array_equal(mine.forcing_phases, one.forcing_phases)
-        np.testing.assert_array_equal(mine.velocities, one.velocities)
 
 
 def test_a_section_of_the_parameters_in_force() -> None:

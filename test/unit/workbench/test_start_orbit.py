@@ -12,7 +12,6 @@ from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.simulate import simulate
-from bouncing_disk_ros.workbench.basin_pane import attractors_of, label_of
 from bouncing_disk_ros.workbench.start_plane import (
     IMPACT_PERIODS,
     PATH_PERIODS,
@@ -78,17 +77,6 @@ def test_a_reset_in_a_run_goes_to_the_start() -> None:
     assert first["forcing_phase"] == start.forcing_phase
     assert first["axial_impact_velocity"] == start.impact_velocity
     assert session.simulation.latest_target.axial_amplitude == 0.05
-
-
-def test_the_orbit_ends_where_its_label_says() -> None:
-    section = section_of(VALUES)
-    place = 1.0, -1.3
-    assert label_of(section, *place) == "period-1"
-    orbit = orbit_of(VALUES, start_at(VALUES, *place))
-    known = attractors_of(section).found[1]
-    # near the orbit it comes closer by 0.5 at each of some 50 impacts
-    assert orbit.forcing_phase[-1] == pytest.approx(known.forcing_phases[0], abs=1e-9)
-    assert orbit.velocity[-1] == pytest.approx(known.velocities[0], abs=1e-9)
 
 
 def test_a_start_as_slow_as_roundings_begins_in_contact() -> None:
