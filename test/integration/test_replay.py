@@ -20,7 +20,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.nodes.replay import bag_streams, replay
-from bouncing_disk_ros.ros.conversions import impacts_to_msg
+from bouncing_disk_ros.ros.conversions import impacts_to_msg, impulse_to_msg
 from bouncing_disk_ros.run.command_validation import ImpulseRequest
 from bouncing_disk_ros.run.input_records import to_json
 from bouncing_disk_ros.units import NS
@@ -28,7 +28,6 @@ from support.driven import Driven, flipped
 from support.in_process import ends
 from support.processes import Starter
 from support.ros_peer import Peer
-from support.wrong_commands import impulse_message
 
 START_NS = 10**18
 DEFAULT = ("/disk/inputs", "/disk/impacts")
@@ -213,13 +212,13 @@ def test_a_live_run_recorded_in_mid_run_is_identical(
     peer.command((0.4, {"axial_amplitude": 0.05, "frequency": 3.2}), (0.9, {"axial_amplitude": 0.04,
                  "frequency": 3.0}))  # fmt: skip
     peer.publish(
-        "disk/impulse", impulse_message(ImpulseRequest((0.0, 0.0, 0.1), (0.0, 0.0, 0.001), 0))
+        "disk/impulse", impulse_to_msg(ImpulseRequest((0.0, 0.0, 0.1), (0.0, 0.0, 0.001), 0))
     )
     begun = peer.wait_for_record("impulse")["time_ns"] / NS
     assert peer.set_parameters(restitution=0.45, friction=0.4).successful
     assert peer.call(SetBool, "pause", SetBool.Request(data=True)).success
     peer.publish(
-        "disk/impulse", impulse_message(ImpulseRequest((0.0, 0.0, 0.05), (0.0, 0.0, 0.0), 0))
+        "disk/impulse", impulse_to_msg(ImpulseRequest((0.0, 0.0, 0.05), (0.0, 0.0, 0.0), 0))
     )
     peer.wait_for_record("impulse")
     assert peer.call(Trigger, "step").success

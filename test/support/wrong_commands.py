@@ -6,11 +6,11 @@ import math
 from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
-from std_msgs.msg import Float64, Header
+from std_msgs.msg import Float64
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bouncing_disk_ros.limits import COMMAND_POINTS
-from bouncing_disk_ros.ros.conversions import ns_to_time
+from bouncing_disk_ros.ros.conversions import impulse_to_msg
 from bouncing_disk_ros.run.command_validation import ImpulseRequest
 from bouncing_disk_ros.topics import OFFSET_JOINTS
 
@@ -30,15 +30,6 @@ def trajectory(
 
 def old(msg: Any) -> Any:
     msg.header.stamp.sec = 1
-    return msg
-
-
-def impulse_message(request: ImpulseRequest) -> WrenchStamped:
-    """The message of a request for an impulse now."""
-    msg = WrenchStamped(header=Header(stamp=ns_to_time(request.stamp_ns)))
-    force, torque = msg.wrench.force, msg.wrench.torque
-    force.x, force.y, force.z = request.force
-    torque.x, torque.y, torque.z = request.torque
     return msg
 
 
@@ -104,7 +95,7 @@ WRONG: list[tuple[str, Any, str]] = [
     ("disk/impulse", wrench("z", 1e300), "wrench.force.z: got 1e+300, allowed: a finite"),
     (
         "disk/impulse",
-        impulse_message(ImpulseRequest((0.0, 0.0, 0.0), (0.0, 2.0, 0.0), 0)),
+        impulse_to_msg(ImpulseRequest((0.0, 0.0, 0.0), (0.0, 2.0, 0.0), 0)),
         "wrench.torque.y: got 2.0, allowed: 0",
     ),
     ("disk/impulse", old(wrench("z", 1.0)), "header.stamp"),

@@ -32,7 +32,6 @@ from bouncing_disk_ros.run.command_validation import ImpulseRequest, PointReques
 from bouncing_disk_ros.run.trajectory_validation import TrajectoryPoint, TrajectoryRequest
 from bouncing_disk_ros.topics import MOTION_NAMES, OFFSET_JOINTS
 from bouncing_disk_ros.units import NS
-from support.wrong_commands import impulse_message
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 stamps = st.integers(-(2**31) * NS, (2**31) * NS - 1)
@@ -87,7 +86,7 @@ def test_impulses_come_back(
     force: tuple[float, float, float], torque: tuple[float, float, float], stamp: int
 ) -> None:
     request = ImpulseRequest(force, torque, stamp)
-    assert impulse(serialize_message(impulse_message(request))) == request
+    assert impulse(serialize_message(c.impulse_to_msg(request))) == request
 
 
 def test_numbers_may_be_in_the_other_order_of_bytes() -> None:
