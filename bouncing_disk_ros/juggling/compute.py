@@ -60,6 +60,7 @@ class Juggling(Study):
 
     name: ClassVar[str] = "juggling"
     title: ClassVar[str] = "Closed loops that keep a multiple toss going"
+    revision: ClassVar[int] = 2
     added: ClassVar[Mapping[str, tuple[str, str]]] = {
         "never": ("1", "part of the starts that was never captured"),
         "captured": ("1", "part of the starts that was captured"),
@@ -87,6 +88,10 @@ class Juggling(Study):
         for one in self.conditions:
             if one.phase_lag != BEST:
                 _number("phase_lag", one.phase_lag, f" or {BEST}")
+            if not self.believed(one) <= 1.0:
+                hint = f"The controller would believe in a restitution of {self.believed(one):g}."
+                allowed = f"up to 1/ε − 1 = {1.0 / self.restitution - 1.0:.6g}"
+                raise InputError("restitution_error", one.restitution_error, allowed, hint)
             if one.target == OWN or one.start == OWN:
                 period_one_points(one.axial_forcing, self.restitution)
         if not float(given["velocity_begin"]) < float(given["velocity_end"]):
@@ -170,6 +175,10 @@ class Juggling(Study):
                     )  # fmt: skip
         return dict(found)
 
+    def believed(self, one: Condition) -> float:
+        """The restitution that the controller believes in at the start."""
+        return self.restitution * (1.0 + one.restitution_error)
+
     def orbit(self, one: Condition, name: str, context: Arrays) -> NDArray[np.float64]:
         """Points of an orbit that a condition names."""
         if name == OWN:
@@ -195,7 +204,7 @@ class Juggling(Study):
         starts = self._starts(one, w, tau, context)
         limits = Limits(*(float(given[f"{name}_limit"]) for name in Limits.__dataclass_fields__))
         settings = controller_settings(
-            strategy, one.axial_forcing, self.restitution * (1.0 + one.restitution_error), limits,
+            strategy, one.axial_forcing, self.believed(one), limits,
             learns=one.learns, own_orbit=one.target == OWN,
         )  # fmt: skip
         plant = plant_settings(

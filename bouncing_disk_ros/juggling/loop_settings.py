@@ -75,7 +75,12 @@ def controller_settings(
     strategy: str, axial_forcing: float, restitution: float, limits: Limits, *,
     learns: bool = True, own_orbit: bool = True,
 ) -> Array:  # fmt: skip
-    """Settings of the kernels. `restitution`: as believed; `own_orbit`: aims at period 1."""
+    """Settings of the kernels. `restitution`: as believed; `own_orbit`: aims at period 1.
+
+    Raises InputError for a strategy that does not exist, or a restitution that cannot be.
+    """
+    if not 0.0 <= restitution <= 1.0:
+        raise InputError("restitution", restitution, "0 to 1, as the controller believes it")
     position, acceleration = limits.of(strategy)
     settings = np.zeros(plan.SETTINGS)
     settings[plan.FORCING], settings[plan.RESTITUTION] = axial_forcing, restitution

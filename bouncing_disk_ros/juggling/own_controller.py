@@ -35,7 +35,12 @@ def load_controller(file: str | Path, setup: Setup) -> Controller:
         raise InputError("controller", str(file), "a Python file that runs", why) from None
     if not callable(function):
         raise InputError("controller", str(file), f"a file with a function {FUNCTION}(setup)")
-    controller = function(setup)
+    try:
+        controller = function(setup)
+    except Exception as error:  # noqa: BLE001 (as above)
+        why = one_line(f"{type(error).__name__}: {error}")
+        allowed = f"a file whose {FUNCTION}(setup) returns a controller"
+        raise InputError("controller", str(file), allowed, why) from None
     if not callable(getattr(controller, "on_impact", None)):
         given = f"{FUNCTION} that returns {type(controller).__name__}"
         raise InputError("controller", given, "an object with on_impact(impact, now_ns)")

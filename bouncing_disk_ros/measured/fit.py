@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bouncing_disk_ros.errors import FailedError, InputError
-from bouncing_disk_ros.field_checks import number
+from bouncing_disk_ros.measured.fit_options import checked_options
 from bouncing_disk_ros.measured.goodness import evidence_of, probability_of
 from bouncing_disk_ros.measured.kernels.rest_laws import (
     AMPLITUDE,
@@ -33,7 +34,7 @@ from bouncing_disk_ros.measured.predict import (
     rest_parameters,
 )
 from bouncing_disk_ros.measured.profiles import Array, Data, Interval, Model, Profiles
-from bouncing_disk_ros.measured.reading import Recording, recording_of
+from bouncing_disk_ros.measured.reading import Recording, checked_errors, recording_of
 from bouncing_disk_ros.measured.result import REFUTED, ImpactFit, turned
 from bouncing_disk_ros.measured.sequence import Chain, at_rest, chain_of
 from bouncing_disk_ros.measured.starts import first_values, other_frequency
@@ -54,6 +55,8 @@ _FEWEST_ALONE = 4
 """Hits that may be flights of a second disk: with three there is one equation for ε."""
 _MOST_SCANNED = 120
 """Times in which another frequency is looked for: more frequencies are tried in longer ones."""
+_MOST_FREQUENCIES = 1000
+"""Of those on either side of the given one, with frequency_error: each takes some milliseconds."""
 _HIGHEST = 1e3
 """Median height of flights, m: higher ones are taken for times in ms, where g is not fitted."""
 
@@ -75,7 +78,7 @@ def fit_impacts(
     time_error: float = 0.0,
     scatter: float = -1.0,
     errors: ArrayLike | None = None,
-    column: str = "",
+    column: str | int = "",
     namespace: str = "",
 ) -> ImpactFit:
     """The model behind measured impacts: parameters with 95 % intervals, and what comes next.
@@ -99,49 +102,16 @@ def fit_impacts(
 
     >>> fit_impacts([0.3, 0.75, 1.0875, 1.340625, 1.5305], time_error=1e-4)["restitution"]
     """
-    for name, value in (
-        ("frequency", frequency), ("frequency_error", frequency_error),
-        ("axial_amplitude", axial_amplitude), ("forcing_phase_error", forcing_phase_error),
-        ("delay_error", delay_error), ("dead_time", dead_time), ("gravity", gravity),
-        ("height", height), ("fall_time", fall_time), ("time_error", time_error),
-    ):  # fmt: skip
-        number(name, float(value), 0.0)
-    for name, value in (("forcing_phase", forcing_phase), ("delay", delay), ("scatter", scatter)):
-        number(name, float(value))
+    values = checked_options({
+        "frequency": frequency, "frequency_error": frequency_error,
+        "axial_amplitude": axial_amplitude, "forcing_phase": forcing_phase,
+        "forcing_phase_error": forcing_phase_error, "delay": delay, "delay_error": delay_error,
+        "dead_time": dead_time, "gravity": gravity, "height": height, "fall_time": fall_time,
+        "time_error": time_error, "scatter": scatter,
+    })  # fmt: skip
     recording = recording_of(source, column, namespace)
-    if scatter > 0.0 and time_error == 0.0:
-        hint = "Give time_error too, or leave the scatter to the fit."
-        raise InputError("scatter", scatter, "0, or below 0, without time_error", hint)
-    own = recording.errors if errors is None else np.asarray(errors, float)
-    if own is not None and own.shape != recording.times.shape:
-        raise InputError("errors", f"{own.size}", f"{len(recording.times)}, one for each time")
-    known = _Known(
-        math.tau * frequency, math.tau * frequency_error, axial_amplitude,
-        gravity or float(DEFAULTS["gravity"]), height, fall_time, time_error,
-        None if scatter < 0.0 else scatter,
-        _reference(math.tau * frequency, forcing_phase, forcing_phase_error, delay, delay_error),
-        dead_time,
-    )  # fmt: skip
-    return known.fit(recording, own)
-
-
-def _reference(
-    frequency: float, phase: float, error: float, delay: float, delay_error: float
-) -> tuple[float, float] | None:
-    """The phase that times have, with its error; `frequency`: rad/s."""
-    if error == 0.0:
-        for name, value in (
-            ("forcing_phase", phase),
-            ("delay", delay),
-            ("delay_error", delay_error),
-        ):
-            if value:
-                hint = "A phase reference has an error above 0."
-                raise InputError(name, value, "0 without forcing_phase_error", hint)
-        return None
-    if frequency == 0.0:
-        raise InputError("forcing_phase_error", error, "0 without a frequency")
-    return phase - frequency * delay, math.hypot(error, frequency * delay_error)
+    own = recording.errors if errors is None else checked_errors(errors, recording.times)
+    return _Known.of(values).fit(recording, own)
 
 
 class _Sequence(NamedTuple):
@@ -165,8 +135,22 @@ class _Known:
     fall_time: float
     time_error: float
     scatter: float | None
-    phase: tuple[float, float] | None
+    phase: tuple[float, float] | None  # that times have, with its error
     dead_time: float
+
+    @classmethod
+    def of(cls, values: Mapping[str, float]) -> _Known:
+        """What options tell."""
+        w, w_error = (math.tau * values[name] for name in ("frequency", "frequency_error"))
+        phase = values["forcing_phase"] - w * values["delay"]
+        error = math.hypot(values["forcing_phase_error"], w * values["delay_error"])
+        return cls(
+            w, w_error, values["axial_amplitude"],
+            values["gravity"] or float(DEFAULTS["gravity"]), values["height"],
+            values["fall_time"], values["time_error"],
+            None if values["scatter"] < 0.0 else values["scatter"],
+            (phase, error) if error else None, values["dead_time"],
+        )  # fmt: skip
 
     @property
     def free(self) -> tuple[int, ...]:
@@ -178,7 +162,14 @@ class _Known:
         return tuple(index for index, is_fitted in fitted.items() if is_fitted)
 
     def fit(self, recording: Recording, errors: Array | None) -> ImpactFit:
-        """The fit of a recording."""
+        """The fit of a recording; with a height that of the gravity which the first fit finds."""
+        found = self._fitted(recording, errors)
+        if self.height == 0.0:
+            return found
+        return replace(self, gravity=found["gravity"].value)._fitted(recording, errors)
+
+    def _fitted(self, recording: Recording, errors: Array | None) -> ImpactFit:
+        """The fit with this gravity."""
         typical = float(np.median(np.diff(recording.times)))
         if self.height == 0.0 and self.gravity * typical**2 / 8.0 > _HIGHEST:
             hint = "Milliseconds? Divide by 1000, or call the column of a text time_ms."
@@ -206,7 +197,7 @@ class _Known:
         lead = len(profiles.best.times) - len(times)  # of the release: its impact is the first row
         probability = probability_of(profiles, np.r_[[-speeds[0, 0]] * lead, -speeds[:, 0]])
         return ImpactFit(
-            recording.name, self.frequency / math.tau, self.gravity, parameters, times,
+            recording.name, self.frequency / math.tau, self.gravity, self.height, parameters, times,
             np.where(missed, np.nan, data.times[hits] - times), missed, rejected,
             flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0], contacts, probability,
             part_possible(profiles, draws), other, math.exp(-max(evidence, 0.0)),
@@ -223,8 +214,6 @@ class _Known:
         is likelier than hits of no law, all hits stay.
         """
         times = recording.times
-        if self.fall_time and self.frequency:
-            raise InputError("fall_time", self.fall_time, "0 with a frequency")
         found, seen = self._first_chain(recording, errors), list[Chain]()
         while not any(found.is_like(one) for one in seen):
             chain = found
@@ -367,6 +356,10 @@ class _Known:
             return [start]
         step = 1.0 / (times[-1] - times[0])
         width = math.ceil(2.0 * self.frequency_error / step)
+        if width > _MOST_FREQUENCIES:
+            allowed = f"up to {0.5 * step * _MOST_FREQUENCIES / math.tau:.3g} Hz for times so long"
+            given = self.frequency_error / math.tau
+            raise InputError("frequency_error", given, allowed, "Give a part of the recording.")
         tried = self.frequency + step * np.arange(-width, width + 1)
         phase = self.phase and self.phase[0]
         found: list[Array] = []

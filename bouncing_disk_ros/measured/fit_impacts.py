@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from bouncing_disk_ros.command_line.start import Start, figure_kinds, option_values
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.kernel_cache import announce_compilation
-from bouncing_disk_ros.parameters import Spec
+from bouncing_disk_ros.measured.fit_options import OPTIONS
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.measured.result import ImpactFit
@@ -23,37 +23,6 @@ intervals, and the impacts to come. The recording is a text with a column of sec
 or a bag. Writes RECORDING_fit.yaml, a preset for the simulator and the studies, RECORDING_fit.html,
 a page with plots, and figures."""
 _EXAMPLE = "ros2 run bouncing_disk_ros fit_impacts times.csv --ros-args -p frequency:=20.0"
-_SPECS = (
-    Spec("frequency", 0.0, "Hz", "frequency of the platform; 0: it is at rest", "f", low=0.0,
-         high=1e7),
-    Spec("frequency_error", 0.0, "Hz", "how well the frequency is known; above 0 it is fitted",
-         low=0.0, high=1e7),
-    Spec("axial_amplitude", 0.0, "m", "amplitude of the platform, if it is known; 0: fitted", "A",
-         low=0.0, high=1e6),
-    Spec("forcing_phase", 0.0, "rad", "of the platform at time 0, by a reference", "φ", low=-1e6,
-         high=1e6, angle=True),
-    Spec("forcing_phase_error", 0.0, "rad", "standard deviation of that phase; 0: there is no "
-         "reference", low=0.0, high=1e3),
-    Spec("delay", 0.0, "s", "of the measured times behind the impacts, such as that of sound, with "
-         "a phase reference", low=-1e3, high=1e3),
-    Spec("delay_error", 0.0, "s", "standard deviation of the delay", low=0.0, high=1e3),
-    Spec("dead_time", 0.0, "s", "of the detector: after a hit it hears nothing for so long; 0: not "
-         "known", low=0.0, high=1e3),
-    Spec("gravity", 0.0, "m/s²", "acceleration of gravity; 0: standard gravity", "g", low=0.0,
-         high=1e9),
-    Spec("height", 0.0, "m", "height of the release at rest, if no impact is missed: then gravity "
-         "is found", low=0.0, high=1e6),
-    Spec("fall_time", 0.0, "s", "from that release to the first impact; 0: not known", low=0.0,
-         high=1e6),
-    Spec("time_error", 0.0, "s", "standard deviation of the times; 0: fitted", low=0.0, high=1e6),
-    Spec("scatter", -1.0, "1", "standard deviation of the restitution from impact to impact; "
-         "below 0: fitted", "σ_ε", low=-1.0, high=1.0),
-    Spec("column", "", "", "of a text with several: a name, or a number from 1 on; default: time, "
-         "t, or the first"),
-    Spec("namespace", "", "", "of a bag with several simulators"),
-    Spec("figures", "png", "", "kinds of figure files: any of png, pdf, svg, or none"),
-)  # fmt: skip
-OPTIONS = {spec.name: spec for spec in _SPECS}
 
 
 def main(args: Sequence[str] | None = None) -> int:

@@ -29,8 +29,8 @@ _UNITS = {
     1e-6: ("us", "\u00b5s", "\u03bcs", "microseconds"),
 }  # fmt: skip
 _WORDS = "|".join(word for words in _UNITS.values() for word in words)
-_UNIT = re.compile(rf"(?:(.*?)(?:[\s_]+|\s*[(\[]\s*))?({_WORDS})\s*[)\]]?")
-"""Of a column: time_ms, t (ms), ms."""
+_UNIT = re.compile(rf"(?:(.*?)(?:[\s_]+|\s*[(\[/]\s*))?({_WORDS})\s*[)\]]?")
+"""Of a column: time_ms, t (ms), t/ms, ms."""
 _INCREASING = "increasing times in seconds"
 
 
@@ -49,22 +49,33 @@ class Recording:
 
 
 def recording_of(
-    source: str | Path | ArrayLike, column: str = "", namespace: str = ""
+    source: str | Path | ArrayLike, column: str | int = "", namespace: str = ""
 ) -> Recording:
     """The impacts of an array, a text file, a sound file or a bag.
 
     `column`: of a text file, its name or its number from 1 on; default: a column called time or t,
     else the first. Errors are taken from a column called error.
     """
-    if isinstance(source, (str, Path)):
-        path = Path(source).expanduser()
-        suffix = path.suffix.lower()
-        if path.is_dir() or suffix == ".mcap":
-            return _from_bag(path, namespace)
-        if suffix not in _TEXTS and (sound := _sound(path)):
-            return replace(checked(path.name, sound.times, sound.errors, 0.0), sound=sound)
-        return _from_text(path, column)
-    return checked("times", _numbers(source), None, 0.0)
+    if not isinstance(source, (str, Path)):
+        _refuse_idle("a file", column=column, namespace=namespace)
+        return checked("times", _numbers(source), None, 0.0)
+    path = Path(source).expanduser()
+    suffix = path.suffix.lower()
+    if path.is_dir() or suffix == ".mcap":
+        _refuse_idle("a text", column=column)
+        return _from_bag(path, namespace)
+    _refuse_idle("a bag", namespace=namespace)
+    if suffix not in _TEXTS and (sound := _sound(path)):
+        _refuse_idle("a text", column=column)
+        return replace(checked(path.name, sound.times, sound.errors, 0.0), sound=sound)
+    return _from_text(path, str(column))
+
+
+def _refuse_idle(wanted: str, **given: object) -> None:
+    """InputError where one of these is given, which only `wanted` has."""
+    for name, value in given.items():
+        if value != "":
+            raise InputError(name, value, f"none without {wanted}")
 
 
 def _sound(path: Path) -> ImpactSound | None:
@@ -74,14 +85,14 @@ def _sound(path: Path) -> ImpactSound | None:
     return impact_times(path) if path.suffix.lower() in SUFFIXES else None
 
 
-def _numbers(source: ArrayLike) -> Array:
+def _numbers(source: ArrayLike, field: str = "times") -> Array:
     try:
         values = np.asarray(source, float)
-    except (TypeError, ValueError):
-        raise InputError("times", source, "numbers: times in seconds") from None
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(field, source, f"numbers: {field} in seconds") from None
     if values.ndim != 1:
         given = f"an array of {values.ndim} axes"
-        raise InputError("times", given, "one axis: times in seconds")
+        raise InputError(field, given, f"one axis: {field} in seconds")
     return values
 
 
@@ -101,11 +112,24 @@ def checked(name: str, times: Array, errors: Array | None, resolution: float) ->
         at = int(np.flatnonzero(np.diff(times) <= 0.0)[0]) + 1
         given = f"{times[at]:.9g} after {times[at - 1]:.9g} at place {at + 1}"
         raise InputError("times", given, _INCREASING)
-    if errors is not None and not (np.isfinite(errors) & (errors > 0.0)).all():
-        at = int(np.flatnonzero(~(np.isfinite(errors) & (errors > 0.0)))[0])
-        raise InputError("error", f"{errors[at]:g} at place {at + 1}", "errors > 0 in seconds")
+    if errors is not None:
+        errors = checked_errors(errors, times, "error")
     least = max(resolution, 4.0 * float(np.spacing(np.abs(times).max())))
     return Recording(name, times, errors, least)
+
+
+def checked_errors(given: ArrayLike, times: Array, field: str = "errors") -> Array:
+    """The errors of times, s, one for each; InputError where one is below its rounding."""
+    errors = _numbers(given, field)
+    if len(errors) != len(times):
+        raise InputError(field, f"{len(errors)}", f"{len(times)}, one for each time")
+    least = 0.5 * float(np.spacing(np.abs(times).max()))
+    wrong = ~(np.isfinite(errors) & (errors >= least))
+    if wrong.any():
+        at = int(np.flatnonzero(wrong)[0])
+        allowed = f"seconds from {least:.2g} on: times are rounded to that"
+        raise InputError(field, f"{errors[at]:g} at place {at + 1}", allowed)
+    return errors
 
 
 # --- text -----------------------------------------------------------------------------------------

@@ -38,6 +38,7 @@ _NAMES = {RESTITUTION: "restitution", AMPLITUDE: "axial_amplitude", PHASE: "forc
 class ImpactFit:
     """Result of `fit_impacts`. Times in s, lengths in m, angles in rad.
 
+    `gravity`: given, or found from the `height` of the release (0: not given).
     `parameters`: name -> value with the ends of its 95 % interval: restitution, scatter and
     time_error; at rest also first_flight, end (of all bounces), first_height; on a vibrating
     platform axial_forcing, axial_amplitude, forcing_phase (at time 0), frequency if it was fitted.
@@ -61,6 +62,7 @@ class ImpactFit:
     name: str
     frequency: float
     gravity: float
+    height: float
     parameters: dict[str, Interval]
     times: Array
     residuals: Array
@@ -172,9 +174,9 @@ class ImpactFit:
             values["axial_amplitude"] = float(self.profiles.estimate[AMPLITUDE])
             values["initial_forcing_phase"] = self["forcing_phase"].value
         else:
-            height = self.parameters.get("first_height")
+            height = self.height or self["first_height"].value
             values |= {"axial_amplitude": 0.0, "angular_amplitude": 0.0}
-            values |= {"initial_height": height.value} if height else {}
+            values["initial_height"] = height
         return dict(values)
 
     def write_preset(self, file: str | Path) -> None:

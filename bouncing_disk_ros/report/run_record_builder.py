@@ -297,6 +297,7 @@ class RunRecordBuilder(TopicReader):
 
     def _forget(self) -> None:
         """Records are missing: nothing is known up to the next snapshot."""
+        self._trajectories.forget(round(self._last * NS))
         if self._motions.is_known:
             self._motions.forget()
             self.record.known[-1] = self.record.known[-1][0], self._last

@@ -91,6 +91,7 @@ class RunControl:
         """A controller in this process: asked at each impact, before time goes on."""
         self._steps = Steps()
         self._step_until: int | None = None  # simulated time at which a step under way ends
+        self._impacts_left = 0  # of that step; 0: it goes by time
         self._fault_told = False
         self._active = False
         self._waited_ns = 0  # at gates, since the line was set
@@ -133,11 +134,15 @@ class RunControl:
         session, paused = self.session, self._paused or not self._active
         if session.paused and not paused:
             self.anchor()
-            clock = time.monotonic_ns() if self.gates is None else session.time_ns
-            self._next_snapshot = clock + self._snapshot_ns
+            self._next_snapshot = self._snapshot_clock + self._snapshot_ns
         self._step_until = None
         session.set_paused(paused)
         self.publish_consequences()
+
+    @property
+    def _snapshot_clock(self) -> int:
+        """Of snapshots: with gates simulated time, for a record must not depend on the machine."""
+        return time.monotonic_ns() if self.gates is None else self.session.time_ns
 
     @property
     def _snapshot_ns(self) -> int:
@@ -195,9 +200,12 @@ class RunControl:
         if not self.loop.resolve_waiting():
             return False
         before = self.session.simulation.rows_total
-        to_impact = self._values["step_until"] == "impact"
+        to_impact = self._impacts_left > 0
         reached = self._slice_to_gate(until_ns, to_impact=to_impact)
-        return reached or (to_impact and self.session.simulation.rows_total > before)
+        if to_impact and self.session.simulation.rows_total > before:
+            self._impacts_left -= 1
+            return self._impacts_left == 0
+        return reached
 
     def _slice_to_gate(self, until_ns: int, *, to_impact: bool = False) -> bool:
         """One slice of work, up to the next gate of a lockstep; True when `until_ns` was reached.
@@ -349,6 +357,9 @@ class RunControl:
             self.gates.set_timeout(self._values)
         if {"state_rate", "rotor_speed_rate"} & values.keys():
             self.loop.set_rates()
+        if "snapshot_period" in values:
+            soon = self._snapshot_clock + self._snapshot_ns
+            self._next_snapshot = min(self._next_snapshot, soon)
         self.publish_consequences()
 
     def pause(self, paused: bool) -> str:
@@ -380,12 +391,14 @@ class RunControl:
         return self._ros_now() if simulated is None else simulated
 
     def step(self, times: int = 1) -> str:
-        """Simulate `times` × `step_periods` periods; only while paused.
+        """Simulate `times` as far as `step_until` says; only while paused.
 
-        A long step goes on in the ticks.
+        A long step goes on in the ticks, as far as it said when it began; another one ends it.
         """
         session, _ = self.open("~/step")
         end, what = self._steps.end(session, self._values, times)
+        self._step_until = None
+        self._impacts_left = times if self._values["step_until"] == "impact" else 0
         deadline = time.monotonic_ns() + STEP_NS
         while not self._slice_step(end) and not session.fault:
             if time.monotonic_ns() >= deadline or self._waits_at_gate:

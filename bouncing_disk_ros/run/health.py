@@ -147,7 +147,8 @@ class Health:
         if now.fault:
             level, message = Level.ERROR, f"the run has ended: {now.fault}"
         reached = 0.0
-        if last is not None and now.steady_ns > last.steady_ns:
+        is_same_run = last is not None and now.simulated_ns >= last.simulated_ns
+        if last is not None and is_same_run and now.steady_ns > last.steady_ns:
             reached = (now.simulated_ns - last.simulated_ns) / (now.steady_ns - last.steady_ns)
         values = {
             "real_time_factor asked": "free running" if now.factor == 0.0 else f"{now.factor:g}",

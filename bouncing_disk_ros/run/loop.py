@@ -185,7 +185,7 @@ class Steps:
             raise InputError("~/step", "a call while running", "calls while paused", "Pause first.")
         now = session.time_ns
         if values["step_until"] == "impact":
-            return FAR_NS, "to the next impact"
+            return FAR_NS, "to the next impact" if times == 1 else f"over {times} impacts"
         if values["step_until"] == "nanoseconds":
             nanos = int(values["step_nanoseconds"]) * times
             return min(now + nanos, FAR_NS), f"{nanos} ns"

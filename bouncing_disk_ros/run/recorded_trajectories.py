@@ -26,6 +26,11 @@ class RecordedTrajectories:
         if not self._entries:
             self._entries.append((0, None))
 
+    def forget(self, at_ns: int) -> None:
+        """Records are missing: from the last one before on, nothing is known up to a snapshot."""
+        if self._newest is not None:
+            self._entries.append((at_ns, None))
+
     def take_snapshot(self, record: Record) -> None:
         """Take the offset of a snapshot where it is not known already; InputError for none."""
         now, plain = record["time_ns"], record["state"].get("offset")

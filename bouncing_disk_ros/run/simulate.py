@@ -183,11 +183,12 @@ def simulate(
     for seconds, axial, angular in sorted(map(_impulse, pushes), key=itemgetter(0)):
         impulse = ImpulseRequest((0.0, 0.0, axial), (0.0, 0.0, angular), field="impulses")
         _push(session, impulse, arrival._replace(now_ns=instant("impulses time", seconds)))
-    start = session.simulation.sample().unwrapped_angle
+    first = session.simulation.sample()
     samples = _run(session, end, sample_rate)
     result = Result(join_rows(session.take_rows()), samples, records, whole)
     result.energy, result.duration = _closed(session), end / NS
-    result.turned = session.simulation.sample().unwrapped_angle - start
+    last = session.simulation.sample()  # not rounded on all turns of the disk
+    result.turned = math.tau * (last.turns - first.turns) + (last.angle - first.angle)
     return result
 
 

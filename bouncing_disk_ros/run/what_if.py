@@ -24,6 +24,7 @@ from bouncing_disk_ros.core.model import (
     Sample,
     join_rows,
 )
+from bouncing_disk_ros.core.schedule import crossfade_duration_ns
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.run.input_records import Record
@@ -274,7 +275,8 @@ def changed_start(record: Record, changes: Changes) -> Simulation:
     """The simulation of a snapshot with the changes.
 
     At the very start of a run they hold from there on; in mid-run the disk changes at once and the
-    platform by a cross-fade of one period.
+    platform by a cross-fade: of one period, or as long as those that are pending. Values that are
+    in force already change nothing.
     """
     run = restored(record)
     disk = changes.of_disk(run.disk)
@@ -284,13 +286,25 @@ def changed_start(record: Record, changes: Changes) -> Simulation:
         motion = changes.of_motion(Motion(*state["initial_motion"]))
         initial = InitialState(*state["initial"])
         return Simulation(motion, disk, initial, chatter_report_speed=run.chatter_report_speed)
-    if changes.disk:
+    if disk != run.disk:
         run.set_disk(disk)
-    if changes.motion:
-        now = changes.of_motion(run.motion_in_force.target)
-        later = [(fade.end_ns, changes.of_motion(fade.target)) for fade in run.pending]
-        run.command([(run.time_ns + 1, now), *later])
+    now, *later = (run.motion_in_force.target, *(fade.target for fade in run.pending))
+    if any(changes.of_motion(one) != one for one in (now, *later)):
+        points = [(fade.end_ns, changes.of_motion(fade.target)) for fade in run.pending]
+        if changes.of_motion(now) != now:
+            points.insert(0, (run.time_ns + 1, changes.of_motion(now)))
+        run.command(points, _crossfade_ns(run))
     return run
+
+
+def _crossfade_ns(run: Simulation) -> int:
+    """The duration that the pending cross-fades were given, ns; 0: none, each has its default."""
+    start = run.motion_in_force.target
+    for fade in run.pending:
+        if fade.end_ns - fade.begin_ns != crossfade_duration_ns(start, fade.target):
+            return fade.end_ns - fade.begin_ns
+        start = fade.target
+    return 0
 
 
 def what_if(records: Iterable[Record], changes: Changes, until_ns: int) -> TwoRuns:

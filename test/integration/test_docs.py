@@ -19,7 +19,7 @@ import bouncing_disk_ros
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.executables import EXECUTABLES, STUDIES
 from bouncing_disk_ros.juggling import juggle
-from bouncing_disk_ros.measured import fit_impacts, impact_times
+from bouncing_disk_ros.measured import fit_options, impact_times
 from bouncing_disk_ros.nodes import echo_impacts, perform
 from bouncing_disk_ros.nodes.demo import demo
 from bouncing_disk_ros.nodes.recorder import recorder_options as recorder_options
@@ -39,7 +39,7 @@ TABLES = {
     "perform": perform.OPTIONS,
     "echo_impacts": echo_impacts.OPTIONS,
     "demo": demo.OPTIONS,
-    "fit_impacts": fit_impacts.OPTIONS,
+    "fit_impacts": fit_options.OPTIONS,
     "impact_times": impact_times.OPTIONS,
     "juggle": juggle.OPTIONS,
     "recorder": recorder_options.OPTIONS,

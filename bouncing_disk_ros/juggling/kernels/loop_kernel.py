@@ -13,11 +13,12 @@ import numpy as np
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, rare_kernel
-from bouncing_disk_ros.core.impact_law import axial_push, speed_after
+from bouncing_disk_ros.core.impact_law import axial_push, rebound, speed_after
 from bouncing_disk_ros.juggling.kernels.flights import (
     FLIES,
     IMPACT,
     KIND,
+    LAUNCHED,
     NOTHING,
     POSITION,
     RESTED,
@@ -26,6 +27,7 @@ from bouncing_disk_ros.juggling.kernels.flights import (
     UNKNOWN,
     VELOCITY,
     next_event,
+    platform_state,
     sine_cosine,
 )
 from bouncing_disk_ros.juggling.kernels.offset_plan import (
@@ -109,6 +111,13 @@ def run_loop(
         heard_at = waiting[0, 0] if queued else math.inf
         until = min(heard_at, impulse_at, plant[DEADLINE])
         found, t, w = next_event(forcing, e, plan, state, until)
+        if found == NOTHING and until == impulse_at:
+            found, t, w = give_impulse(settings, plant, plan, state, until)
+            impulse_at = math.inf
+        elif found == NOTHING and until == heard_at:
+            queued = deliver(settings, targets, memory, plan, waiting, queued, result)
+        elif found == NOTHING:
+            break
         if found in (IMPACT, RESTED):
             turn_rotor(plant, rotor, t, w)
             if tally[COUNT] < len(trace):
@@ -119,13 +128,6 @@ def run_loop(
                 result[R_TIME] = t - start[SINCE]
             queued = report(plant, waiting, queued, state, rests, seed, number, drawn)
             drawn += 1
-        elif found == NOTHING and until == impulse_at:
-            give_impulse(state, plant[IMPULSE], until)
-            impulse_at = math.inf
-        elif found == NOTHING and until == heard_at:
-            queued = deliver(settings, targets, memory, plan, waiting, queued, result)
-        elif found == NOTHING:
-            break
     enter_verdict(plant, rotor, tally, start[SINCE], result)
 
 
@@ -162,14 +164,27 @@ def mean_speed(plant: Array, rotor: Array, start: float) -> float:
 
 
 @rare_kernel
-def give_impulse(state: Array, change: float, t: float) -> None:
-    """Change the velocity of a disk in flight; one at rest is left alone."""
-    if state[KIND] == RESTS:
-        return
-    d = t - state[SINCE]
-    state[POSITION] += d * (state[VELOCITY] - d / (2.0 * math.pi))
-    state[VELOCITY] += change - d / math.pi
-    state[SINCE] = t
+def give_impulse(
+    settings: Array, plant: Array, plan: Array, state: Array, t: float
+) -> tuple[int, float, float]:
+    """Change the velocity of the disk: (what, when, w before it), as `next_event`.
+
+    A disk at rest is launched, or pushed onto the platform: an impact.
+    """
+    change = plant[IMPULSE]
+    if state[KIND] != RESTS:
+        d = t - state[SINCE]
+        state[POSITION] += d * (state[VELOCITY] - d / (2.0 * math.pi))
+        state[VELOCITY] += change - d / math.pi
+        state[SINCE] = t
+        return LAUNCHED, t, 0.0
+    t = max(t, state[SINCE])  # the last bounces of a chatter are over then
+    x, speed, _, _, _ = platform_state(settings[FORCING], plan, t)
+    u = change if change > 0.0 else rebound(change, plant[P_RESTITUTION])
+    state[:] = (FLIES if u > 0.0 else RESTS, t, x, speed + u)
+    if change > 0.0:
+        return LAUNCHED, t, 0.0
+    return (IMPACT if u > 0.0 else RESTED), t, change
 
 
 @rare_kernel

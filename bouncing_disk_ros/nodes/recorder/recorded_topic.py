@@ -33,24 +33,60 @@ from bouncing_disk_ros.units import NS
 BEST_EFFORT_DEPTH = 1000
 BURST = 200
 """How many messages of one topic are taken before others have their turn."""
+SET_BACK_NS = 10_000_000
+"""A clock that is behind the steady clock by less was not set back: readings differ a little."""
 MOST_WAITING = 100_000
 """How many are taken before a subscription is exchanged: a flood would have no end."""
 Put = Callable[["RecordedTopic", bytes, int, int, int], bool | None]
 """Topic, CDR, time received, time sent, number; None: paused, False: dropped and counted."""
 
 
+class ReceptionTimes:
+    """Times of reception that do not go back where the clock of the machine is set back.
+
+    They are those of the middleware. After the clock was set back, they go on by the steady clock,
+    until the machine's clock has caught up. Both clocks: ns; tests give others.
+    """
+
+    def __init__(
+        self, wall: Callable[[], int] = time.time_ns, steady: Callable[[], int] = time.monotonic_ns
+    ) -> None:
+        self._wall, self._steady = wall, steady
+        now, passed = self._read()
+        self._offset = now - passed
+
+    def _read(self) -> tuple[int, int]:
+        """Both clocks at about one instant: the process may have to wait between two readings."""
+        while True:
+            before, wall, after = self._steady(), self._wall(), self._steady()
+            if after - before < SET_BACK_NS // 10:
+                return wall, after
+
+    def of(self, received: int) -> int:
+        """The time of a message that is taken now; `received`: by the middleware, 0: unknown."""
+        wall, passed = self._read()
+        self._offset = max(self._offset, wall - passed)
+        now = passed + self._offset
+        if not received:
+            return now
+        if now - wall < SET_BACK_NS:
+            return received
+        return now - max(wall - received, 0)
+
+
 class RecordedTopic:
     """Subscribes to one topic and counts the messages that did not arrive.
 
     `put` takes each message; `publishers` asks the graph who publishes. `qos` is what the topic is
-    known to have before there is a publisher.
+    known to have before there is a publisher. `times`: of reception, those of all topics.
     """
 
     def __init__(
         self, node: Node, name: str, kind: str, put: Put, *, qos: Qos | None = None,
-        has_index: bool = False,
+        has_index: bool = False, times: ReceptionTimes | None = None,
     ) -> None:  # fmt: skip
         self.name, self.type = name, kind
+        self._times, self._latest_ns = times or ReceptionTimes(), 0
         self.loss = MessageLoss(self._gids)
         self.rows = Gaps() if has_index else None
         self.registered = False
@@ -136,7 +172,8 @@ class RecordedTopic:
     def _take(self, data: bytes, info: Mapping[str, Any]) -> None:
         if self.own is not None and data in self.own:
             return
-        now = _time(info["received_timestamp"]) or time.time_ns()
+        now = max(self._latest_ns, self._times.of(_time(info["received_timestamp"])))
+        self._latest_ns = now
         number = info["publication_sequence_number"]
         sent = _time(info["source_timestamp"]) or now
         taken = self._put(self, data, now, sent, UNKNOWN if number is None else number)

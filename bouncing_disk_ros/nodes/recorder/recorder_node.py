@@ -27,7 +27,12 @@ from bouncing_disk_ros.nodes.recorder.attachments import (
     preset_bytes,
     versions,
 )
-from bouncing_disk_ros.nodes.recorder.recorded_topic import RecordedTopic, is_snapshot, offered
+from bouncing_disk_ros.nodes.recorder.recorded_topic import (
+    ReceptionTimes,
+    RecordedTopic,
+    is_snapshot,
+    offered,
+)
 from bouncing_disk_ros.nodes.recorder.recorder_options import (
     MB,
     OPTIONS,
@@ -62,6 +67,7 @@ class Recorder(Node):
         self._topics: dict[str, RecordedTopic] = {}
         self._refused: set[str] = set()
         self._heard = 0
+        self._times = ReceptionTimes()
         self._paused = bool(self._values["start_paused"])
         self._presets = preset_files(self._values)
         for path in self._presets:
@@ -126,7 +132,7 @@ class Recorder(Node):
             is_ours = known is not None and known.type == kind
             topic = RecordedTopic(
                 self, name, kind, self._put, qos=known.qos if known and is_ours else None,
-                has_index=bool(known and known.name == "disk/impacts"),
+                has_index=bool(known and known.name == "disk/impacts"), times=self._times,
             )  # fmt: skip
         except Exception as error:  # noqa: BLE001 (names and types may come from anyone)
             self._refused.add(name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,12 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.model import Disk, InitialState, Motion
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Phase
 from bouncing_disk_ros.core.offset_extremes import newest_extremes
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.juggling.juggler import HeardImpact, Juggler
 from bouncing_disk_ros.juggling.kernels import loop_kernel as loop
+from bouncing_disk_ros.juggling.kernels.verdicts import draw
 from bouncing_disk_ros.juggling.loop_settings import (
     HEARS_TIMES_ONLY,
     Limits,
@@ -26,7 +28,9 @@ from bouncing_disk_ros.juggling.loop_settings import (
     plant_settings,
 )
 from bouncing_disk_ros.juggling.loop_verdict import Outcome
+from bouncing_disk_ros.juggling.own_controller import Setup, load_controller
 from bouncing_disk_ros.juggling.simulated_loop import LoopRecord, knots_of, run_loop
+from bouncing_disk_ros.units import NS
 from support.juggle_loops import watched
 
 FREQUENCY, GRAVITY = 3.0, 9.81
@@ -111,6 +115,27 @@ def test_the_kernels_impacts_are_those_of_the_simulation(strategy: str) -> None:
     found = run_loop(simulation, juggler, periods=12.0).rows[:5]
     np.testing.assert_allclose(phase + OMEGA * found["time"], rows[:, 0], rtol=0.0, atol=1e-9)
     np.testing.assert_allclose(found["axial_velocity"] / SPEED, rows[:, 1], rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("change", [1.0, -1.5])
+def test_an_impulse_on_a_disk_at_rest_is_that_of_the_simulation(change: float) -> None:
+    """Up: a launch. Down: an impact, from which it bounces. It was left alone."""
+    forcing = 0.34
+    start = np.array([[1.0, 1.5 * math.pi, -forcing, 0.0]])
+    at = 9.25 + draw(1, 0, 1 << 40)  # periods since the start, at 3π/2
+    _, rows = by_kernel("none", forcing, start, impulse=change, trace=400)
+    simulation = Simulation(motion_of(forcing), disk_of(), InitialState())
+    at_ns = round(1e9 * at / FREQUENCY)
+    simulation.advance(at_ns - 1)
+    assert simulation.sample().phase is Phase.STICKING
+    simulation.apply_impulse(at_ns, disk_of().mass * change * SPEED, 0.0)
+    found, _ = simulation.advance(at_ns + NS)
+    times = (rows[:, 0] - 1.5 * math.pi) / OMEGA
+    first = int(np.searchsorted(times, 1e-9 * at_ns - 1e-6))
+    count = 4 if change > 0.0 else 3
+    np.testing.assert_allclose(found["time"][:count], times[first : first + count], atol=1e-7)
+    speeds = rows[first : first + count, 1] * SPEED
+    np.testing.assert_allclose(found["axial_velocity"][:count], speeds, atol=1e-6)
 
 
 @pytest.mark.parametrize("sensor", [Sensor(), Sensor(delay=0.2, missed=0.2, seed=3)])
@@ -228,3 +253,13 @@ def test_refusals() -> None:
         Juggler("deadbeat", motion_of(0.3), disk)
     with pytest.raises(InputError, match="a platform that moves"):
         Juggler("deadbeat", motion._replace(axial_amplitude=0.0), disk)
+    with pytest.raises(InputError, match=r"restitution: got 1\.2, allowed: 0 to 1, as the"):
+        Juggler("deadbeat", motion, disk, restitution=1.2)
+
+
+def test_a_controller_that_cannot_be_made_is_one_line(tmp_path: Path) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text("def make_controller(setup):\n    return setup.speed\n")
+    with pytest.raises(InputError, match=r"controller: .* AttributeError: .*'speed'") as caught:
+        load_controller(file, Setup(motion_of(0.45), disk_of(), Limits(), 0.0))
+    assert "\n" not in caught.value.line

@@ -250,12 +250,55 @@ def test_the_end_of_a_chatter_in_a_bag_is_no_impact(tmp_path: Path) -> None:
         ({"dead_time": 5.0}, "dead_time: got 5.0, allowed: a time after which three hits"),
         ({"dead_time": math.nan}, "dead_time: got nan, allowed: a finite number >= 0"),
         ({"frequency": -1.0}, "frequency: got -1.0, allowed: a finite number >= 0"),
-        ({"delay": math.inf}, "delay: got inf, allowed: a finite number$"),
+        ({"delay": math.inf}, "delay: got inf, allowed: a finite number >= -1000 and <= 1000 s"),
+        ({"frequency": "20"}, "frequency: got '20', allowed: .* It is a double, not a string"),
+        ({"time_error": True}, "time_error: got True, allowed: a finite number"),
+        ({"fall_time": 1e300}, r"fall_time: got 1e\+300, allowed: a finite number"),
+        ({"frequency": 20.0, "frequency_error": 20.0}, "frequency_error: .* less than the freq"),
+        ({"frequency": 9e6, "frequency_error": 1e6}, "frequency_error: .* for times so long"),
+        ({"axial_amplitude": 1e-3}, "axial_amplitude: got 0.001, allowed: 0 without a frequency"),
+        ({"frequency_error": 0.1}, "frequency_error: got 0.1, allowed: 0 without a frequency"),
+        ({"frequency": 20.0, "height": 0.1}, "height: got 0.1, allowed: 0 with a frequency"),
+        ({"gravity": 9.8, "height": 0.1}, "gravity: got 9.8, allowed: 0 with a height"),
+        ({"column": 2}, "column: got 2, allowed: none without a file"),
+        ({"errors": [1e-4, 1e-4]}, "errors: got '2', allowed: 5, one for each time"),
+        ({"errors": [1e-4, 1e-4, 0.0, 1e-4, 1e-4]}, "errors: got '0 at place 3', .* rounded to"),
+        ({"errors": [1e-4, math.nan, 1e-4, 1e-4, 1e-4]}, "errors: got 'nan at place 2'"),
+        ({"errors": 1e-4}, "errors: got 'an array of 0 axes'"),
     ],
 )
 def test_numbers_that_cannot_be_used_are_refused(given: dict[str, Any], line: str) -> None:
     with pytest.raises(InputError, match=line):
         fit_impacts([0.3, 0.75, 1.0875, 1.340625, 1.5305], **given)
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    times = [0.3, 0.75, 1.0875, 1.340625, 1.5305]
+    given: dict[str, Any] = {
+        "gravity": np.array(9.81),
+        "time_error": np.float64(1e-4),
+        "scatter": np.int64(0),
+    }
+    found = fit_impacts(times, **given, errors=[1, 1, 1, 1, 1])
+    assert (
+        found["restitution"]
+        == fit_impacts(times, gravity=9.81, time_error=1e-4, scatter=0.0)["restitution"]
+    )
+
+
+def test_a_height_tells_gravity_and_all_that_follows_from_it() -> None:
+    """On the moon: speeds, the law with drag and the preset are those of its gravity."""
+    run = simulate(
+        6.0, axial_amplitude=0.0, restitution=0.8, gravity=1.62, preload=0.0, initial_height=0.5,
+        chatter_report_speed=0.0,
+    )  # fmt: skip
+    rows = run.impacts[:12]
+    fit = fit_impacts(rows["time"], height=0.5)
+    assert fit.gravity == fit["gravity"].value == pytest.approx(1.62, rel=1e-6)
+    assert fit.speeds == pytest.approx(-rows["axial_impact_velocity"][1:-1], rel=1e-6)
+    preset: dict[str, Any] = fit.preset
+    again = simulate(6.0, chatter_report_speed=0.0, **preset)
+    assert again.impacts["time"][:12] == pytest.approx(rows["time"], rel=1e-6)
 
 
 def test_a_settled_orbit_of_period_2_does_not_tell_its_parameters() -> None:
@@ -674,6 +717,10 @@ def test_errors_are_read_with_their_unit(tmp_path: Path) -> None:
     file = tmp_path / "times.csv"
     file.write_text("t (s); error (µs)\n1; 10\n2; 20\n2.5; 30\n")
     assert recording_of(file).errors == pytest.approx([1e-5, 2e-5, 3e-5])
+    file.write_text("t/ms,error/ms\n1,0.01\n2,0.02\n2.5,0.03\n")
+    read = recording_of(file, 1)
+    assert read.times == pytest.approx([1e-3, 2e-3, 2.5e-3])
+    assert read.errors == pytest.approx([1e-5, 2e-5, 3e-5])
 
 
 def test_flights_that_grow_at_rest_are_no_model() -> None:

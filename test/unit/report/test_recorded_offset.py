@@ -93,6 +93,26 @@ def test_without_inputs_an_offset_makes_restitution_unknown(recorded: Recorded) 
     )
 
 
+def test_between_a_lost_record_and_the_next_snapshot_the_offset_is_not_known(
+    recorded: Recorded,
+) -> None:
+    """The offset before the gap was taken for that within it."""
+    kinds = [record["kind"] for record in recorded.records]
+    lost = next(i for i in range(5, len(kinds)) if kinds[i] == "trajectory")
+    snapshot = kinds.index("snapshot", lost)
+    record = RunRecord(UNKNOWN_DISK)
+    builder = RunRecordBuilder(record)
+    for one in [*recorded.records[:lost], *recorded.records[lost + 1 :]]:
+        builder.take("disk/inputs", Parsed(0, one))
+    times, positions, _ = np.array(recorded.samples).T
+    found = axial_offset(times, record.offsets) + 0.02 * np.sin(math.tau * 5.0 * times)
+    begin, end = (recorded.records[i]["time_ns"] / NS for i in (lost - 1, snapshot))
+    is_open = (times >= begin) & (times < end)
+    assert is_open.any()
+    assert np.isnan(found[is_open]).all()
+    assert found[~is_open] == pytest.approx(positions[~is_open], abs=1e-13)
+
+
 def test_rows_at_a_jump_of_the_velocity_are_left_out() -> None:
     offsets = Recorded().record.offsets[:1]
     start = offsets[0][1]

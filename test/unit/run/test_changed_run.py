@@ -11,9 +11,11 @@ import pytest
 from bouncing_disk_ros import simulate
 from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.run.programmes import ANY_MOTION
 from bouncing_disk_ros.run.simulate import Result
 from bouncing_disk_ros.run.what_if import (
     KEPT_ROWS,
+    changed_start,
     changes_of,
     what_if,
 )
@@ -57,6 +59,30 @@ def test_a_change_from_the_start_is_a_run_with_that_parameter(change: dict[str, 
     assert runs.first.rows.tobytes() == run.impacts.tobytes()
     assert runs.second.rows.tobytes() == changed.impacts.tobytes()
     assert runs.second.impacts == changed.impacts["count"].sum()
+
+
+def test_values_that_are_in_force_in_mid_run_change_nothing() -> None:
+    """A cross-fade to the same motion, or a chatter cut by the same disk, gave other bits."""
+    run = Driven(axial_amplitude=0.02, initial_height=0.01)
+    run.advance(0.2)
+    run.session.snapshot()
+    run.advance(2.0)
+    changes = changes_of({"axial_amplitude": 0.02, "restitution": 0.5, "phase_lag": 0.0})
+    runs = what_if(run.record_list[1:], changes, run.session.time_ns)
+    assert runs.divergence is None
+    assert runs.first.samples.tobytes() == runs.second.samples.tobytes()
+
+
+@pytest.mark.parametrize("seconds", [0.0, 1.5])
+def test_pending_cross_fades_keep_their_duration(seconds: float) -> None:
+    run = Driven(crossfade_duration=seconds)
+    run.session.command([(5 * NS, Motion(0.05, 0.5, 3.0, 0.0)), (8 * NS, ANY_MOTION)])
+    run.advance(1.0)
+    run.session.snapshot()
+    whole = changed_start(run.record_list[2], changes_of({"angular_amplitude": 0.2}))
+    assert whole.motion_in_force.target.angular_amplitude == 0.2
+    for new, old in zip(whole.pending, run.session.simulation.pending, strict=True):
+        assert new == old._replace(target=old.target._replace(angular_amplitude=0.2))
 
 
 def test_it_ends_where_a_record_is_lost() -> None:

@@ -95,6 +95,19 @@ def test_a_new_factor_sets_the_line_anew(clock: Clock) -> None:
     assert run.session.time_ns == reached + NS
 
 
+def test_a_shorter_snapshot_period_holds_at_once(clock: Clock) -> None:
+    """It held only once the longer one was over."""
+    values, kept = parameters.complete({"snapshot_period": 1e6}), Kept()
+    run = RunControl("/node", values, kept, ros_now=lambda: WALL + clock.now_ns)
+    run.set_active(True)
+    values["snapshot_period"] = 1.0
+    run.set_parameters({"snapshot_period": 1.0})
+    for _ in range(5):
+        clock.now_ns += NS // 2
+        catch_up(run, clock)
+    assert [one["kind"] for one in kept.records].count("snapshot") == 3
+
+
 def test_a_reset_is_not_rotation(clock: Clock) -> None:
     """In flight the disk turns as it was thrown, before and after."""
     thrown: dict[str, Any] = {"initial_height": 1000.0, "initial_angular_velocity": 5.0}
@@ -123,3 +136,34 @@ def test_at_gates_snapshots_go_by_simulated_time_and_stamps_by_the_line(clock: C
     clock.now_ns += 100 * NS
     _, arrival = run.open("an input")
     assert arrival.times == line
+
+
+def test_steps_to_an_impact_may_be_several(clock: Clock) -> None:
+    run, _ = run_of(clock, start_paused=True, step_until="impact", initial_height=0.05)
+    assert "over 3 impacts, now at" in run.step(3)
+    assert run.session.simulation.rows_total == 3
+    assert "to the next impact, now at" in run.step()
+    assert run.session.simulation.rows_total == 4
+
+
+@pytest.mark.parametrize(("first", "other"), [("periods", "impact"), ("impact", "periods")])
+def test_a_long_step_goes_on_as_it_began(clock: Clock, first: str, other: str) -> None:
+    """Whatever is set meanwhile: it ended at the next impact, or never."""
+    gates = Gates([1], NS)
+    values = parameters.complete({
+        "start_paused": True, "lockstep": "tick", "step_until": first, "step_periods": 6,
+        "initial_height": 0.05, "state_rate": 10.0,
+    })  # fmt: skip
+    run = RunControl("/node", values, Kept(), gates=gates, ros_now=lambda: WALL + clock.now_ns)
+    run.set_active(True)
+    assert "under way" in run.step(2)
+    values["step_until"] = other
+    for _ in range(60):
+        if run.stepping and gates.is_open:
+            gates.answer([1, gates.number, 0])
+        run.tick(clock.now_ns)
+    assert not run.stepping
+    if first == "periods":
+        assert run.session.time_ns == 4 * NS
+    else:
+        assert run.session.simulation.rows_total == 2

@@ -116,6 +116,9 @@ def test_a_result_sums_up_speed_work_and_efficiency() -> None:
     assert result.output_work == result.energy.loss_brake > 0.0
     assert 0.0 < result.efficiency < 1.0
     assert result.efficiency == result.output_work / result.input_work
+    turns = 2.0**27 * math.tau  # by which the disk stands where it stood, but for rounding
+    far, near = (simulate(1.0, initial_angle=angle).mean_speed for angle in (turns, 0.0))
+    assert far == pytest.approx(near, rel=1e-14)
     still = simulate(0.0)
     assert math.isnan(still.mean_speed)
     assert math.isnan(still.efficiency)

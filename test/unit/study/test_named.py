@@ -64,6 +64,7 @@ def test_what_is_given_stays_and_integers_are_cast() -> None:
         ("juggling", {"strategies": "none mirror"}, "strategy: got 'mirror', allowed: none, "),
         ("juggling", {"strategies": "none none"}, "strategies: got 'none none', allowed: some of"),
         ("juggling", {"conditions": "delay=x"}, "delay: got 'x', allowed: a number from 0 to 10"),
+        ("juggling", {"restitution": 0.8, "restitution_error": 0.5}, "up to 1/ε − 1 = 0.25"),
         ("juggling", {"conditions": "lag=1"}, "conditions: got 'lag=1', allowed: nominal, or"),
         ("juggling", {"axial_forcing": 0.3}, "There is no period-1 orbit"),
         ("bifurcation", {"along": "gravity"}, "along: got 'gravity', allowed: one of"),

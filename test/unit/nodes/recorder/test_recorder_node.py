@@ -16,8 +16,9 @@ from bouncing_disk_ros import bag
 from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.nodes.recorder import attachments, recorder_node
 from bouncing_disk_ros.nodes.recorder.attachments import ASKED_TIMES, RunParameters
-from bouncing_disk_ros.nodes.recorder.recorded_topic import RecordedTopic
+from bouncing_disk_ros.nodes.recorder.recorded_topic import ReceptionTimes, RecordedTopic
 from bouncing_disk_ros.nodes.recorder.recorder_node import Recorder
+from bouncing_disk_ros.units import NS
 from support.talker import Talker, wait_until
 
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -51,6 +52,32 @@ def test_a_subscription_that_is_weakened_takes_what_waits_for_it(
     wait_until(lambda: len(recorded.publishers()) == 2)
     recorded.follow()
     assert taken == ["strong"]
+
+
+def test_times_of_reception_do_not_go_back_where_the_clock_is_set_back() -> None:
+    """A bag is read in their order: messages of one run would be taken for many runs."""
+    clocks = {"wall": 10**18, "steady": 5 * NS}
+    times = ReceptionTimes(lambda: clocks["wall"], lambda: clocks["steady"])
+
+    def later(wall_ns: int, steady_ns: int) -> None:
+        clocks["wall"] += wall_ns
+        clocks["steady"] += steady_ns
+
+    def after(received: int) -> float:
+        return (times.of(received) - 10**18) / NS
+
+    later(NS, NS)
+    waiting = clocks["wall"] - 10**6
+    assert after(waiting) == 0.999
+    later(-100 * NS, 0)
+    assert after(waiting) == 1.0  # received before the clock was set, taken after
+    later(NS, NS)
+    assert after(clocks["wall"] - NS // 10) == 1.9
+    assert after(0) == 2.0
+    later(200 * NS, NS)  # set right again, or the machine has slept
+    assert after(clocks["wall"] - 10**6) == 101.999
+    later(-NS, NS)
+    assert after(clocks["wall"]) == 103.0
 
 
 def test_a_timer_that_is_due_at_the_end_hides_no_message(
