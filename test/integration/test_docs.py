@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pkgutil
 import re
+import runpy
 import shlex
 import subprocess
 import sys
@@ -12,6 +13,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import matplotlib.pyplot as plt
 import pytest
 import yaml
 
@@ -58,9 +60,8 @@ for file in scripts:
     print(file)
     os.chdir(os.path.dirname(file))
     runpy.run_path(file, run_name="__main__")
-if any(word.endswith(".py") for word in options):
-    import pytest
-    sys.exit(pytest.main(options))
+import pytest
+sys.exit(pytest.main(options))
 """
 
 
@@ -196,8 +197,13 @@ def test_each_command_of_a_study_has_its_line_without_ros2() -> None:
         assert "```python\n" in section, name
 
 
-def run_blocks(chosen: list[tuple[str, str]], folder: Path) -> None:
-    """Each block by itself, all in one process, scripts before tests: imports take most time."""
+def run_blocks(
+    chosen: list[tuple[str, str]], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each block by itself: here, for imports take most of the time.
+
+    Those with nodes are in one process of their own, scripts before tests.
+    """
     home = str(Path(bouncing_disk_ros.__file__).resolve().parents[1])
     plugins = ("-p", "no:cacheprovider", "-p", "bouncing_disk_ros.testing")
     tests: list[str] = []
@@ -206,7 +212,16 @@ def run_blocks(chosen: list[tuple[str, str]], folder: Path) -> None:
         file = folder / page / f"test_block_{number}.py"
         file.parent.mkdir(exist_ok=True)
         file.write_text(block, "utf-8")
-        (tests if "def test_" in block else scripts).append(str(file))
+        if "def test_" in block:
+            tests.append(str(file))
+        elif "rclpy" in block or "SimulatorNode" in block:
+            scripts.append(str(file))
+        else:
+            monkeypatch.chdir(file.parent)
+            runpy.run_path(str(file), run_name="__main__")
+    plt.close("all")
+    if not scripts + tests:
+        return
     done = subprocess.run(
         [sys.executable, "-c", RUN_ALL, *scripts, "-q", *plugins, *tests],
         cwd=folder,
@@ -224,9 +239,10 @@ LONG = "studies.md"
 
 @pytest.mark.timeout(300)
 @pytest.mark.parametrize("long", [False, pytest.param(True, marks=pytest.mark.interop)])
-def test_python_runs(long: bool, tmp_path: Path) -> None:
+def test_python_runs(long: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     chosen = [(page, text) for page, text in blocks("python") if (page == LONG) == long]
-    run_blocks([(page, text) for page, text in chosen if not is_fragment(text)], tmp_path)
+    whole = [(page, text) for page, text in chosen if not is_fragment(text)]
+    run_blocks(whole, tmp_path, monkeypatch)
 
 
 def test_programmes_are_sound() -> None:
