@@ -27,11 +27,12 @@ from bouncing_disk_ros.errors import InputError, closest, counted
 from bouncing_disk_ros.report.run_record import (
     UNKNOWN_DISK,
     HealthReport,
+    RecordSource,
     RunRecord,
     State,
+    TopicCount,
 )
 from bouncing_disk_ros.report.run_record_builder import Count, Parsed, RunRecordBuilder
-from bouncing_disk_ros.report.run_report import RecordSource, TopicCount
 from bouncing_disk_ros.topics import TOPICS
 from bouncing_disk_ros.units import NS
 

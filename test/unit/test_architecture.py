@@ -6,6 +6,7 @@ from __future__ import annotations
 import ast
 import re
 import sys
+from collections.abc import Iterable
 from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -102,6 +103,11 @@ EXACT = {
 }  # fmt: skip
 
 FILES = sorted(PACKAGE.rglob("*.py"))
+MODULES = {
+    ".".join(file.relative_to(ROOT).with_suffix("").parts): file
+    for file in FILES
+    if file.stem != "__init__"
+}
 
 PAGE = (ROOT / "docs" / "architecture.md").read_text("utf-8")
 LINKS = sorted(set(re.findall(r"\[`([^`]+)`\]\(\.\./(bouncing_disk_ros/[^)]+\.py)\)", PAGE)))
@@ -163,19 +169,33 @@ def test_imports_point_down() -> None:
         assert own <= MAY_IMPORT[package(file)], f"{identify(file)}: not allowed by MAY_IMPORT"
 
 
+def modules_of(names: Iterable[str]) -> set[str]:
+    """The modules of the package among what is imported."""
+    found = {target for name in names for target in (name, name.rpartition(".")[0])}
+    return found & {*MODULES}
+
+
 def test_no_files_import_each_other_in_a_circle() -> None:
     """Within a package as between packages, and within functions too."""
-    modules = {".".join(file.relative_to(ROOT).with_suffix("").parts): file for file in FILES}
-    uses = {
-        name: {
-            target
-            for found in imports(file)
-            for target in (found, found.rpartition(".")[0])
-            if target in modules and not target.endswith("__init__")
-        }
-        for name, file in modules.items()
-    }
+    uses = {name: modules_of(imports(file)) for name, file in MODULES.items()}
     tuple(TopologicalSorter(uses).static_order())  # raises CycleError, which names the circle
+
+
+MAX_DEPTH = 12
+"""Longest chain of modules of the base in which each loads the next one while it loads."""
+
+
+def test_chains_of_imports_of_the_base_are_short() -> None:
+    uses = {}
+    for name, file in MODULES.items():
+        loads = [node for node in parsed(file).body if isinstance(node, ast.ImportFrom)]
+        uses[name] = modules_of(f"{n.module}.{alias.name}" for n in loads for alias in n.names)
+    depth: dict[str, int] = {}
+    for name in TopologicalSorter(uses).static_order():
+        depth[name] = 1 + max((depth[used] for used in uses[name]), default=0)
+    base = {name: depth[name] for name, file in MODULES.items() if package(file) not in EXTENSIONS}
+    deepest = max(base, key=base.__getitem__)
+    assert base[deepest] <= MAX_DEPTH, deepest
 
 
 def test_only_the_libraries_of_the_table() -> None:

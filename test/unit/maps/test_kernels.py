@@ -42,7 +42,7 @@ def test_every_kernel_releases_the_lock_has_no_threads_and_fuses_only_where_it_s
     for name in (
         "lanes.basin_kernel._label_lanes",
         "lanes.axial_lanes._iterate_axial",
-        "stepper.advance",
+        "engine.advance",
     ):
         assert any(full.endswith(name) for full in found), f"{name} is not among {len(found)}"
     keeps = [
