@@ -27,7 +27,6 @@ from bouncing_disk_ros.core.contact import load, slide
 from bouncing_disk_ros.core.contact_table import what_holds
 from bouncing_disk_ros.core.flight import Launch, gap_after, separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after
-from bouncing_disk_ros.core.impact_law import axial_push, rebound, speed_after
 from bouncing_disk_ros.core.layout import SEPARATION, SLIP, SLIP_ENDS, Slide
 from bouncing_disk_ros.core.next_event import after_sliding, after_sticking
 from bouncing_disk_ros.core.platform import (
@@ -37,6 +36,7 @@ from bouncing_disk_ros.core.platform import (
     axial_jet,
     steady_motion,
 )
+from bouncing_disk_ros.core.restitution import axial_push, rebound, speed_after
 from bouncing_disk_ros.maps.axial_map import (
     GRAVITY,
     MAP_CONTACT,

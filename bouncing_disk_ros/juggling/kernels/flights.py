@@ -13,8 +13,8 @@ from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel, sincos, wrapp
 from bouncing_disk_ros.core.chatter import BOUNCES, chatter_end
 from bouncing_disk_ros.core.contact import load, load_returns, separation
 from bouncing_disk_ros.core.flight import Launch, gap_after
-from bouncing_disk_ros.core.impact_law import rebound
 from bouncing_disk_ros.core.platform import Jet, SteadyMotion, axial_jet, moved_motion
+from bouncing_disk_ros.core.restitution import rebound
 from bouncing_disk_ros.juggling.kernels.offset_plan import (
     BEGIN,
     DURATION,

@@ -13,7 +13,7 @@ import numpy as np
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, rare_kernel
-from bouncing_disk_ros.core.impact_law import axial_push, speed_after
+from bouncing_disk_ros.core.restitution import axial_push, speed_after
 from bouncing_disk_ros.juggling.kernels.flights import (
     FLIES,
     IMPACT,

@@ -1,9 +1,9 @@
-"""The law of an impact: u = −ε w along the axis, with its impulse and loss; friction (rule 7).
+"""Restitution: u = −ε w along the axis, with its impulse and loss; friction in an impact (rule 7).
 
-One impact is computed by these functions alone: for numbers and arrays (`rebounded`), for kernels
-(`rebound`, `axial_push`, `lost_part`) and for lanes (`lanes.lane_table.rebound`, compiled from
-`rebounded`). What follows from many impacts has formulas of its own. They need an ε that is the
-same in all impacts, and change with the law by hand:
+What one impact does is said here once: for numbers and arrays (`rebounded`), for kernels (`rebound`,
+`axial_push`, `lost_part`) and for lanes (`lanes.lane_table.rebound`, compiled from `rebounded`).
+`resolve_event` resolves an impact by it. Formulas for many impacts need an ε that is the same in
+all of them, and change with the law by hand:
 
 - sums over a chatter: `chatter.chatter_duration`, `tail_push`, `chatter_sums`, `chatter_rotation`,
   `chatter_scale`, `chatter_friction`, `braked_chatter`, `brake.stopped_tail` and
