@@ -19,7 +19,13 @@ from bouncing_disk_ros.core.model import Disk, InitialState, Motion, join_rows
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors
 from bouncing_disk_ros.maps.axial_map import axial_orbit
-from bouncing_disk_ros.maps.basin_labels import label_starts
+from bouncing_disk_ros.maps.basin_labels import (
+    LaneRule,
+    StartLabels,
+    known_points,
+    label_lanes,
+    label_starts,
+)
 from bouncing_disk_ros.maps.best_lag import best_lag
 from bouncing_disk_ros.maps.continuation import period_doublings
 from bouncing_disk_ros.maps.label_maps import (
@@ -29,12 +35,6 @@ from bouncing_disk_ros.maps.label_maps import (
 )
 from bouncing_disk_ros.maps.lanes.attractor_lanes import measure_attractors
 from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
-from bouncing_disk_ros.maps.lanes.basin_kernel import (
-    LaneLabels,
-    LaneRule,
-    known_points,
-    label_lanes,
-)
 from bouncing_disk_ros.maps.lanes.lane_table import fused
 from bouncing_disk_ros.maps.map_tangent import axial_tangent
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
@@ -313,7 +313,7 @@ def labelled(
     tau, w = (column.copy() for column in starts.T)
     labels, impacts, time = np.zeros(n, np.int32), np.zeros(n, np.int32), np.zeros(n)
     known = known_points(points, np.array(of, np.int32))
-    rule, found = LaneRule(1e-3, 8.0, 98, 99, cap), LaneLabels(labels, impacts, time)
+    rule, found = LaneRule(1e-3, 8.0, 98, 99, cap), StartLabels(labels, impacts, time)
     label_lanes(tau, w, axial_forcing, restitution, known, rule, found)
     return [labels, impacts, time]
 

@@ -10,15 +10,10 @@ import pytest
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors
-from bouncing_disk_ros.maps.basin_labels import (
-    UNRESOLVED,
-    LabelRule,
-    before_impact,
-    impacts_needed,
-    label_starts,
-    shares,
-)
+from bouncing_disk_ros.maps.basin_labels import LabelRule, impacts_needed, label_starts
+from bouncing_disk_ros.maps.label_maps import UNRESOLVED, shares
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+from bouncing_disk_ros.study.basins.compute import before_impact
 
 
 def attractors(axial_forcing: float, restitution: float = 0.5) -> Attractors:

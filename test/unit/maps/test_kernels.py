@@ -40,7 +40,7 @@ def test_every_kernel_releases_the_lock_has_no_threads_and_fuses_only_where_it_s
     found = dict(kernels())
     # the walk finds what the studies and the simulator call
     for name in (
-        "lanes.basin_kernel._label_lanes",
+        "basin_labels._label_lanes",
         "lanes.axial_lanes._iterate_axial",
         "engine.advance",
     ):

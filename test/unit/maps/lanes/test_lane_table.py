@@ -18,13 +18,8 @@ from bouncing_disk_ros.maps.axial_map import (
     ORBIT_W,
     axial_orbit,
 )
-from bouncing_disk_ros.maps.lanes.basin_kernel import (
-    UNDECIDED,
-    LaneLabels,
-    LaneRule,
-    known_points,
-    label_lanes,
-)
+from bouncing_disk_ros.maps.basin_labels import LaneRule, StartLabels, known_points, label_lanes
+from bouncing_disk_ros.maps.label_maps import UNRESOLVED
 from bouncing_disk_ros.maps.lanes.lane_table import LANES, in_slices
 
 Floats = NDArray[np.float64]
@@ -72,7 +67,7 @@ def label_of(
         reached = k + 1 if run == confirm else reached
         if run >= max(confirm, needed):
             return of[last], reached
-    return UNDECIDED, cap
+    return UNRESOLVED, cap
 
 
 def labelled(
@@ -86,7 +81,7 @@ def labelled(
     repetitions: int = 1,
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], Floats]:
     n = len(tau)
-    out = LaneLabels(np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n))
+    out = StartLabels(np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n))
     rule = LaneRule(1e-3, 4.0, CONTACT, REST, cap)
     label_lanes(
         tau, w, forcing, 0.5, known_points(points, of, repetitions), rule, out, workers=workers
@@ -101,8 +96,8 @@ def labelled(
         (0.5, 2, 300, {POINT_LABEL, CONTACT}, 1),
         (0.5, 2, 300, {POINT_LABEL, CONTACT}, 7),
         (0.3, 1, 60, {REST}, 1),
-        (0.45, 1, 22, {POINT_LABEL, CONTACT, UNDECIDED}, 1),
-        (0.45, 1, 26, {POINT_LABEL, CONTACT, UNDECIDED}, 9),
+        (0.45, 1, 22, {POINT_LABEL, CONTACT, UNRESOLVED}, 1),
+        (0.45, 1, 26, {POINT_LABEL, CONTACT, UNRESOLVED}, 9),
     ],
 )
 def test_labels_are_those_of_the_rule(
