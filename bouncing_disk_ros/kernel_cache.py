@@ -31,33 +31,17 @@ _NAME = re.compile(r"numba-[0-9a-f]{16}")
 
 
 def kernel_digest() -> str:
-    """Return a digest of the kernels' sources."""
-    digest = hashlib.sha256()
-    for name, source in kernel_sources().items():
-        digest.update(name.encode() + b"\0" + source + b"\0")
-    return digest.hexdigest()[:16]
+    """Return a digest of all files in KERNEL_FOLDERS, and of the layout of a row of impacts.
 
-
-def kernel_sources() -> dict[str, bytes]:
-    """Modules with compiled functions and all that they import from KERNEL_FOLDERS: name -> source.
-
-    `name`: the path of the file in the package. The layout of a row of impacts counts too. Files
-    beside them, such as those that draw or print, do not: to change one of them compiles nothing
-    anew.
+    Whatever a kernel imports is among them: numba freezes it into machine code.
     """
     package = Path(__file__).parent
-    files = [file for name in KERNEL_FOLDERS for file in sorted((package / name).rglob("*.py"))]
-    files += package.glob("impact_layout.py")
-    sources = {str(file.relative_to(package)): file.read_bytes() for file in files}
-    waiting = [name for name, text in sources.items() if b".core.arithmetic import" in text]
-    needed: set[str] = set()
-    while waiting:
-        needed.add(name := waiting.pop())
-        for found in re.findall(rb"from bouncing_disk_ros\.([\w.]+) import", sources[name]):
-            target = found.decode().replace(".", "/") + ".py"
-            if target in sources and target not in needed:
-                waiting.append(target)
-    return {name: sources[name] for name in sorted(needed)}
+    files = [file for name in KERNEL_FOLDERS for file in (package / name).rglob("*.py")]
+    digest = hashlib.sha256()
+    for file in sorted([*files, *package.glob("impact_layout.py")]):
+        name = str(file.relative_to(package))
+        digest.update(name.encode() + b"\0" + file.read_bytes() + b"\0")
+    return digest.hexdigest()[:16]
 
 
 def numba_cache_directory() -> Path | None:

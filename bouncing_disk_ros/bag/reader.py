@@ -10,6 +10,7 @@ Everything read is checked by its checksum; damage raises `BagError`.
 
 from __future__ import annotations
 
+import contextlib
 import heapq
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -21,16 +22,11 @@ from mcap.records import Channel, ChunkIndex, Schema
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import limits
+from bouncing_disk_ros.bag.files import files_of
 from bouncing_disk_ros.bag.index import Index
 from bouncing_disk_ros.bag.messages import Decode, Form, check_installed, decoder
-from bouncing_disk_ros.bag.metadata import (
-    FORMAT_KEY,
-    FORMAT_VERSION,
-    NOTE,
-    checked,
-    files_of,
-    qos_from_text,
-)
+from bouncing_disk_ros.bag.metadata import qos_from_text
+from bouncing_disk_ros.bag.notes import FORMAT_KEY, FORMAT_VERSION, NOTE, checked
 from bouncing_disk_ros.bag.records import Watch, nothing, without_repeats
 from bouncing_disk_ros.bag.rows import CLOUD, CloudRows, gather
 from bouncing_disk_ros.bag.source import Source
@@ -404,3 +400,20 @@ def _field(rows: NDArray[np.void], name: str) -> NDArray[Any]:
     if name not in names:
         raise InputError("field", name, ", ".join(names), closest(name, names))
     return rows[name]
+
+
+@contextlib.contextmanager
+def walking(name: str) -> Iterator[Callable[[int, int], None]]:
+    """A watch for `bag.open`: on a terminal, a bar while files are walked through."""
+    from tqdm import tqdm
+
+    bar = tqdm(desc=name, unit="B", unit_scale=True, leave=False, disable=None, delay=0.5)
+
+    def watch(passed: int, size: int) -> None:
+        bar.total = size
+        bar.update(passed - bar.n)
+
+    try:
+        yield watch
+    finally:
+        bar.close()

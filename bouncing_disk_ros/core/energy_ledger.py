@@ -14,7 +14,6 @@ from typing import Any
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, rare_kernel, sincos, two_sum
 from bouncing_disk_ros.core.flight import Launch, gap_after
-from bouncing_disk_ros.core.impact_law import lost_part
 from bouncing_disk_ros.core.layout import (
     L_AXIAL,
     L_BRAKE,
@@ -36,6 +35,7 @@ from bouncing_disk_ros.core.platform import (
     turning_phase,
     until_turning,
 )
+from bouncing_disk_ros.core.restitution import lost_part
 
 Ledger = Any  # float64 (2, 9): sums and what their rounding left out
 

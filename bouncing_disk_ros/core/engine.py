@@ -1,4 +1,4 @@
-"""The records of one run and the kernels that work on them; knows no future inputs."""
+"""The records of one run, and what steps them from event to event; knows no future inputs."""
 
 from __future__ import annotations
 
@@ -6,16 +6,24 @@ from collections.abc import Mapping
 from typing import Any, Self
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core import checkpoint, input_kernels, platform, stepper
-from bouncing_disk_ros.core.arithmetic import TWO_PI, sine_and_cosine
+from bouncing_disk_ros.core import checkpoint, input_kernels, platform
+from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, sine_and_cosine
+from bouncing_disk_ros.core.energy_ledger import Ledger
+from bouncing_disk_ros.core.impact_log import ROWS, Rows
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
+    DISK,
     FADE,
+    FAULT,
     FLIGHT,
+    LEDGER,
     LEDGER_FIELDS,
+    MOTION,
     MOTION_DTYPE,
+    STATE,
     STATE_DTYPE,
     STICKING,
     THROUGHPUT,
@@ -32,16 +40,57 @@ from bouncing_disk_ros.core.model import (
     Sample,
     SimulationError,
 )
+from bouncing_disk_ros.core.next_event import find_next
 from bouncing_disk_ros.core.offset import Segment, hold
 from bouncing_disk_ros.core.offset_record import with_offset
+from bouncing_disk_ros.core.platform import Record
+from bouncing_disk_ros.core.resolve_event import resolve
 from bouncing_disk_ros.core.roots import INSTANT
 from bouncing_disk_ros.field_checks import with_names
 
 _ROOM = 4096  # rows of one call of the stepper: what it writes is copied once
 _MOST_AT_AN_INSTANT = 100_000  # events, in units of work
 _BOUNCES_SHOWN = 10_000  # of a chatter in closed form, for one sample
-Rows = list[NDArray[np.void]]
+Blocks = list[NDArray[np.void]]
+"""Rows of the impact log, in the order in which they were written."""
 Segments = tuple[Segment, Segment]  # axial, angular
+
+DONE, FULL, BEHIND, FAULTY = 0, 1, 2, 3
+_INT = types.int64
+
+
+@entry(types.UniTuple(_INT, 3)(STATE, MOTION, DISK, LEDGER, ROWS, ROWS, _INT, _INT, _INT))
+def advance(
+    state: Record,
+    motion: Record,
+    disk: Record,
+    ledger: Ledger,
+    rows: Rows,
+    open_row: Rows,
+    boundary_ns: int,
+    until_ns: int,
+    budget: int,
+) -> tuple[int, int, int]:
+    """Resolve the events up to until_ns; boundary_ns bounds the search for the next one.
+
+    Returns (rows written, work done in events, status): DONE, FULL (no room for the rows of one
+    more event), BEHIND (the budget is used up: a call may pass it by one search) or FAULTY (the
+    state is not finite, or a root was not found).
+    """
+    n = work = 0
+    while work < budget:
+        if state[0].event == UNKNOWN:
+            work += find_next(state[0], motion[0], disk[0], boundary_ns) - 1
+        if state[0].event == FAULT:
+            return n, work, FAULTY
+        ns = state[0].event_ns
+        if ns > until_ns or (ns == until_ns and state[0].event_sub > 0.0):
+            return n, work, DONE
+        if n + 2 > len(rows):
+            return n, work, FULL
+        n = resolve(state[0], motion[0], disk[0], ledger, rows, n, open_row)
+        work += 1
+    return n, work, BEHIND
 
 
 class Engine:
@@ -109,14 +158,14 @@ class Engine:
         self._observe(state)
         state["initial_energy"] = self._observed["energy"]
 
-    def step(self, target_ns: int, boundary_ns: int, budget: int, rows: Rows) -> tuple[int, bool]:
+    def step(self, target_ns: int, boundary_ns: int, budget: int, rows: Blocks) -> tuple[int, bool]:
         """Resolve the events up to target_ns; the work done and whether the budget ran out.
 
         Raises SimulationError for a run that cannot go on.
         """
         used = 0
         while True:
-            n, events, status = stepper.advance(
+            n, events, status = advance(
                 self.state,
                 self.m,
                 self.k,
@@ -131,10 +180,10 @@ class Engine:
             self._check_that_time_goes_on(events)
             if n:
                 rows.append(self._written(n))
-            if status == stepper.FAULTY:
+            if status == FAULTY:
                 raise SimulationError(self._described("no next event after"))
-            if status != stepper.FULL:
-                return used, status == stepper.BEHIND
+            if status != FULL:
+                return used, status == BEHIND
 
     def _check_that_time_goes_on(self, events: int) -> None:
         """Raise SimulationError for events without end within the rounding of one instant.
@@ -172,7 +221,7 @@ class Engine:
         """Forget the next event: the boundary that bounded its search has changed."""
         self.state["event"] = UNKNOWN
 
-    def cut_bounce(self, time_ns: int, rows: Rows) -> bool:
+    def cut_bounce(self, time_ns: int, rows: Blocks) -> bool:
         """Resolve one bounce, due at time_ns, of a chatter that ends after it; if there is one."""
         if not self.in_chatter:
             return False
@@ -185,7 +234,7 @@ class Engine:
         """Whether only rounding put the next event after an input at time_ns: it is due now."""
         return bool(input_kernels.take_due(self.state, self.m, self.k, time_ns))
 
-    def advance_to(self, time_ns: int, rows: Rows) -> None:
+    def advance_to(self, time_ns: int, rows: Blocks) -> None:
         """Propagate the state to time_ns, where all that is due earlier has been resolved."""
         arguments = (self.state, self.m, self.k, self._ledger, self._buffer, self._open_row)
         n = input_kernels.advance_to(*arguments, time_ns)
@@ -286,16 +335,16 @@ class Engine:
         """Copies of state and ledger, propagated to time_ns."""
         state, ledger, row = self.state.copy(), self._ledger.copy(), self._open_row.copy()
         arguments = (state, self.m, self.k, ledger, np.zeros(64, IMPACT_DTYPE), row)
-        status = stepper.DONE
+        status = DONE
         if self.in_chatter:  # bounce by bounce, as far as the work may go
             state["event"] = UNKNOWN
             left = _BOUNCES_SHOWN
-            status = stepper.FULL
-            while status == stepper.FULL:
-                _, used, status = stepper.advance(*arguments, time_ns, time_ns, left)
+            status = FULL
+            while status == FULL:
+                _, used, status = advance(*arguments, time_ns, time_ns, left)
                 left -= used
         input_kernels.advance_to(*arguments, time_ns)
-        if status != stepper.DONE:  # the rest of the bounces is below all that can be shown
+        if status != DONE:  # the rest of the bounces is below all that can be shown
             state["gap"] = state["u"] = 0.0
         return state, ledger
 

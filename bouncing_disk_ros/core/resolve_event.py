@@ -18,7 +18,6 @@ from bouncing_disk_ros.core.energy_ledger import (
 )
 from bouncing_disk_ros.core.flight import Launch, gap_after
 from bouncing_disk_ros.core.forcing_clock import Clock, elapsed
-from bouncing_disk_ros.core.impact_law import axial_push, friction_change, rebound, speed_after
 from bouncing_disk_ros.core.impact_log import (
     CHATTER_TAIL,
     Rows,
@@ -54,6 +53,7 @@ from bouncing_disk_ros.core.propagate import (
     spin,
     turn,
 )
+from bouncing_disk_ros.core.restitution import axial_push, friction_change, rebound, speed_after
 
 
 @kernel

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core import checkpoint, platform
-from bouncing_disk_ros.core.engine import Engine, Rows
+from bouncing_disk_ros.core.engine import Blocks, Engine
 from bouncing_disk_ros.core.layout import NEVER
 from bouncing_disk_ros.core.model import (
     IMPACT_DTYPE,
@@ -57,7 +57,7 @@ class Simulation:
         self._disk, self._report_speed = disk, chatter_report_speed
         self._initial, self._initial_motion = initial, motion
         self._engine = Engine(disk, chatter_report_speed)
-        self._unreported_rows: Rows = []  # rows of an input's own instant, for the next advance
+        self._unreported_rows: Blocks = []  # rows of an input's own instant, for the next advance
         self._time_ns = 0
         self._motion_index = 0
         self._pending: list[Fade] = []
@@ -204,7 +204,7 @@ class Simulation:
             instants.append(self._pending[0].begin_ns)
         return min(instants)
 
-    def _act(self, parts: Rows) -> None:
+    def _act(self, parts: Blocks) -> None:
         """What is due at time_ns: the motion first, then impulses in order of arrival (rule 10)."""
         engine, now = self._engine, self._time_ns
         engine.advance_to(now, parts)
@@ -327,7 +327,7 @@ class Simulation:
         later too, bounce by bounce, as `set_disk` and `reset` need it; after each bounce its end
         may be due.
         """
-        parts: Rows = []
+        parts: Blocks = []
         is_due, behind = True, False
         while is_due and not behind:
             rows, behind = self.advance(self._time_ns, max_events)

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
-from bouncing_disk_ros.maps.basin_labels import UNRESOLVED, LabelRule, Labels, label_starts
+from bouncing_disk_ros.maps.basin_labels import LabelRule, Labels, label_starts
+from bouncing_disk_ros.maps.label_maps import UNRESOLVED
 from bouncing_disk_ros.maps.lanes.axial_lanes import iterated
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 

@@ -11,8 +11,8 @@ from numba import types
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, kernel, sincos, wrapped
 from bouncing_disk_ros.core.flight import Launch, gap_after, separation_phase
-from bouncing_disk_ros.core.impact_law import rebound
 from bouncing_disk_ros.core.platform import Record, axial_jet
+from bouncing_disk_ros.core.restitution import rebound
 from bouncing_disk_ros.maps.axial_map import (
     GRAVITY,
     MAP_CONTACT,

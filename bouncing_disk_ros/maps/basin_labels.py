@@ -1,39 +1,51 @@
-"""Basins of attraction of the axial next-collision map (paper, Fig. 4).
+"""Labels of starts of the axial next-collision map: which attractor each goes to (paper, Fig. 4).
 
 Starts are states (τ_imp, w_A) just before an impact, w_A in units of πg/ω. Labels are indices into
 the attractors found beforehand, none of them given by the user; −1 is unresolved, never merged with
-anything.
-The kernel `maps.lanes.basin_kernel` decides contact and periodic ends; chaotic ones are told apart
-here. Then: the attractors and labels of all starts of a window.
+anything. `_decision` decides contact and periodic ends, in lanes; `chaotic_labels` tells chaotic
+ends apart.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.attractor_search import missed_attractors, window_attractors
-from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors, Cells
-from bouncing_disk_ros.maps.axial_flights import iterate_forwards
-from bouncing_disk_ros.maps.axial_map import ORBIT_DELAY, ORBIT_TAU, ORBIT_W, axial_orbit
-from bouncing_disk_ros.maps.label_maps import LabelMap, row_blocks
+from bouncing_disk_ros.core.arithmetic import TWO_PI
+from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors, Cells
+from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, MAP_REST, next_impact
+from bouncing_disk_ros.maps.label_maps import UNRESOLVED
 from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
-from bouncing_disk_ros.maps.lanes.basin_kernel import (
-    UNDECIDED,
-    LaneLabels,
-    LaneRule,
-    known_points,
-    label_lanes,
+from bouncing_disk_ros.maps.lanes.lane_flight import land_lanes, run_lanes
+from bouncing_disk_ros.maps.lanes.lane_table import (
+    DELAY,
+    FIELDS,
+    FORCING,
+    IMPACTS_LEFT,
+    LANDED,
+    LANES,
+    NEEDS_SCALAR,
+    RESTITUTION,
+    TAU,
+    TRAJECTORY,
+    W,
+    assign_lane,
+    chatter_outcome,
+    chosen,
+    in_slices,
+    lane,
+    lane_entry,
+    scratch,
+    set_impact,
 )
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 
 Floats = NDArray[np.float64]
 Labels = NDArray[np.int32]
-UNRESOLVED = UNDECIDED
 TRANSIENT, MOST = 500, 100_000
 REACHED = 8
 """A periodic attractor is reached at this impact in a row that is near it."""
@@ -41,10 +53,6 @@ LONGER = 20
 """Starts that are still open get so many times the impacts: chaos may be a long transient."""
 WATCHED = 200
 """Impacts that must all lie on a chaotic attractor's cells for a start to belong to it."""
-IN_CONTACT = -2
-"""Label of a start that comes to contact, before it is said where contact leads."""
-SEARCHED = 16
-"""`label_window` first looks for attractors from SEARCHED × SEARCHED starts."""
 
 
 class LabelRule(NamedTuple):
@@ -57,7 +65,7 @@ class LabelRule(NamedTuple):
     )
 
 
-class Basins(NamedTuple):
+class StartLabels(NamedTuple):
     """The result of each start; arrays (n,) in the order given."""
 
     label: Labels  # index into the attractors, or UNRESOLVED
@@ -65,17 +73,10 @@ class Basins(NamedTuple):
     time: Floats  # the same as a time, rad of the forcing phase; nan: unresolved, or chaotic
 
 
-class Share(NamedTuple):
-    """Part of the starts that a label has."""
-
-    fraction: float
-    uncertainty: float  # standard error
-
-
 def label_starts(
     attractors: Attractors, section: NextCollisionMap, tau: Floats, w: Floats,
     rule: LabelRule | None = None,
-) -> Basins:  # fmt: skip
+) -> StartLabels:  # fmt: skip
     """Labels of starts (τ in [0, 2π), w_A < 0) at Γ and ε of `section`: flat arrays (n,).
 
     1. A start that comes to contact belongs to the attractor of the orbit that leaves contact.
@@ -92,7 +93,7 @@ def label_starts(
     """
     rule = rule or LabelRule()
     n = len(tau)
-    found = Basins(np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n))
+    found = StartLabels(np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n))
     if rule.cap:
         _label(attractors, section, tau, w, rule, found)
         return found
@@ -100,7 +101,7 @@ def label_starts(
     _label(attractors, section, tau, w, first, found)
     late = np.flatnonzero(found.label == UNRESOLVED)
     if len(late):
-        rest = Basins(found.label[late], found.impacts[late], found.time[late])
+        rest = StartLabels(found.label[late], found.impacts[late], found.time[late])
         longer = first._replace(cap=LONGER * first.cap)
         _label(attractors, section, tau[late], w[late], longer, rest)
         found.label[late], found.impacts[late], found.time[late] = rest
@@ -109,7 +110,7 @@ def label_starts(
 
 def _label(
     attractors: Attractors, section: NextCollisionMap, tau: Floats, w: Floats,
-    rule: LabelRule, found: Basins,
+    rule: LabelRule, found: StartLabels,
 ) -> None:  # fmt: skip
     """Label starts by the rule, its cap given, into `found`."""
     label_followed(attractors, section, tau, w, rule, found)
@@ -121,7 +122,7 @@ def _label(
 
 def label_followed(
     attractors: Attractors, section: NextCollisionMap, tau: Floats, w: Floats,
-    rule: LabelRule, found: Basins,
+    rule: LabelRule, found: StartLabels,
 ) -> None:  # fmt: skip
     """Label starts that reach contact or a periodic attractor within the rule's cap, into `found`.
 
@@ -131,7 +132,7 @@ def label_followed(
     after_contact = attractors.after_contact
     lane_rule = LaneRule(rule.tolerance, float(REACHED), after_contact, after_contact, rule.cap)
     platform = (float(section.axial_forcing), float(section.restitution))
-    label_lanes(tau, w, *platform, known, lane_rule, LaneLabels(*found))
+    label_lanes(tau, w, *platform, known, lane_rule, found)
 
 
 def impacts_needed(attractors: Attractors, tolerance: float) -> int:
@@ -179,120 +180,247 @@ def chaotic_labels(
     return np.where(sure, np.array(chaotic, np.int32)[on.argmax(axis=0)], UNRESOLVED)
 
 
-def shares(labels: LabelMap, count: int, *, periodic: bool = True) -> list[Share]:
-    """Share of each of `count` labels in a map (rows, columns) of starts, with its standard error.
+# ------------------------------------------------------------------------------------------------
+# Contact and periodic ends, many starts at once in lanes.
 
-    A grid errs only where a pixel is cut by a boundary: each pixel with another label beside it is
-    taken as a toss of a coin, of variance 1/4 pixel². `periodic`: the columns are a whole period.
+
+_OPEN = -(2**31)  # no label: the lane flies on
+
+BASIN_TIME = (FIELDS + 0) * LANES  # since the start, rad
+BASIN_POINT = (FIELDS + 1) * LANES  # index of the attractor's point the last impact was near, or −1
+BASIN_RUN = (FIELDS + 2) * LANES  # impacts in a row near points in the right order
+_FOLLOWS = (FIELDS + 3) * LANES  # 1: this impact is near the point that continues the run
+_NEXT = (FIELDS + 4) * LANES  # the point it is near
+_REACHED_TIME = (FIELDS + 5) * LANES  # time and impacts left when the run was `confirm` long
+_REACHED_LEFT = (FIELDS + 6) * LANES
+_FIELDS = FIELDS + 7
+
+_FLOAT = types.float64
+_FLOATS = types.float64[::1]
+_INTS = types.int32[::1]
+
+
+class LaneRule(NamedTuple):
+    """When a start has its label, and which: see `label_lanes`."""
+
+    tolerance: float
+    confirm: float
+    contact_label: int
+    rest_label: int
+    cap: int
+
+
+class KnownPoints(NamedTuple):
+    """Points of the known periodic attractors, in their order.
+
+    points (m, 2): τ and w; attractors (m,) int32: the label of each; before (m,): the index of the
+    point before it on its attractor; needed (m,): impacts in a row that decide for its attractor,
+    if they are more than `confirm`.
     """
-    rows, columns = labels.shape
-    mine_of, cut_of = np.zeros(count), np.zeros(count)
-    for k, part in enumerate(row_blocks(labels, 0, rows, before=1)):
-        own = slice(1 if k else 0, None)  # without the row of the strip before
-        for i in range(count):
-            mine = part == i
-            cut_of[i] += np.count_nonzero(_cut(mine, periodic=periodic)[own])
-            mine_of[i] += np.count_nonzero(mine[own])
-    pixels = rows * columns
-    return [
-        Share(float(mine) / pixels, 0.5 * math.sqrt(cut) / pixels)
-        for mine, cut in zip(mine_of, cut_of, strict=True)
-    ]
+
+    points: Any
+    attractors: Any
+    before: Any
+    needed: Any
 
 
-def unresolved_fraction(labels: LabelMap) -> float:
-    """Share of the starts that have no label."""
-    rows, columns = labels.shape
-    parts = row_blocks(labels, 0, rows)
-    return sum(np.count_nonzero(part == UNRESOLVED) for part in parts) / (rows * columns)
+class _Starts(NamedTuple):
+    tau: Any
+    w: Any
+    forcing: float
+    restitution: float
+    known: KnownPoints
+    rule: LaneRule
+    found: StartLabels
 
 
-def _cut(mine: NDArray[np.bool_], *, periodic: bool) -> NDArray[np.bool_]:
-    """Pixels unlike that before them, in their row or column."""
-    edge = np.zeros(mine.shape, bool)
-    np.not_equal(mine[1:], mine[:-1], out=edge[1:])
-    edge[:, 1:] |= mine[:, 1:] != mine[:, :-1]
-    if periodic:
-        edge[:, 0] |= mine[:, 0] != mine[:, -1]
-    return edge
+def known_points(
+    points: NDArray[np.float64], attractors: NDArray[np.int32], repetitions: int = 1
+) -> KnownPoints:
+    """Points (m, 2) with the labels (m,) of their attractors; those of one are in their order.
 
-
-def before_impact(velocity: Floats, restitution: float, *, after: bool) -> Floats:
-    """w_A of starts given by the velocity before the impact, or (`after`) by −u, u = −ε w_A.
-
-    Both are negative, so that both windows read alike. InputError: after an impact at ε = 0 the
-    disk has no velocity.
+    `repetitions`: so often in a row an orbit must go around.
     """
-    if not after:
-        return velocity
-    if restitution == 0.0:
-        raise InputError("velocity", "after", "before, at restitution 0", "Nothing bounces there.")
-    return velocity / restitution
+    before, needed = np.empty(len(attractors)), np.empty(len(attractors))
+    for label in np.unique(attractors):
+        mine = np.flatnonzero(attractors == label)
+        before[mine] = np.roll(mine, 1)
+        needed[mine] = repetitions * len(mine)
+    return KnownPoints(points, attractors, before, needed)
 
 
-class Labelled(NamedTuple):
-    """Where starts of a window go."""
-
-    known: Attractors
-    labels: Basins  # of each start; IN_CONTACT where it comes to contact
-    side: int
-    missed: int  # how many attractors the search missed, and open starts led to
-
-    def ends(self) -> NDArray[np.int32]:
-        """Label (n,) of the attractor that each start ends on."""
-        label = self.labels.label
-        return np.where(label == IN_CONTACT, np.int32(self.known.after_contact), label)
+@lane
+def _near(tau: float, w: float, point_tau: float, point_w: float, tolerance: float) -> bool:
+    apart = abs(tau - point_tau)
+    return (min(apart, TWO_PI - apart) <= tolerance) & (abs(w - point_w) <= tolerance)
 
 
-def _axes(side: int, lowest: float) -> tuple[Floats, Floats]:
-    centres = (np.arange(side) + 0.5) / side
-    return math.tau * centres, lowest * (1.0 - centres)
-
-
-def window_starts(side: int, lowest: float) -> tuple[Floats, Floats]:
-    """τ and w_A (n,) of side × side pixels' centres, τ ∈ [0, 2π), w_A ∈ (lowest, 0), row by row."""
-    tau, w = np.meshgrid(*_axes(side, lowest))
-    return tau.ravel(), w.ravel()
-
-
-def label_window(section: NextCollisionMap, side: int, lowest: float) -> Labelled:
-    """The attractors that the `window_starts` lead to, and the label of each of them."""
-    known = window_attractors(section, *_axes(SEARCHED, lowest))
-    tau, w = window_starts(side, lowest)
-    labels = _labels(known, section, tau, w)
-    open_ = np.flatnonzero(labels.label == UNRESOLVED)
-    missed: list[Attractor] = []
-    if len(open_):
-        left = np.stack((tau[open_], w[open_]), axis=1)
-        missed = missed_attractors(section, known, left)
-        if missed:
-            known = known._replace(found=(*known.found, *missed))
-            again = _labels(known, section, *left.T.copy())
-            labels.label[open_], labels.impacts[open_], labels.time[open_] = again
-    _go_on_after_contact(known, section, tau, w, labels)
-    return Labelled(known, labels, side, len(missed))
-
-
-def _go_on_after_contact(
-    known: Attractors, section: NextCollisionMap, tau: Floats, w: Floats, labels: Basins
+@lane
+def _compare_one(
+    z: Any, first: int, last: int, tau: float, w: float, tolerance: float, confirm: float
 ) -> None:
-    """Where contact leads to a periodic attractor: the times up to there, in place."""
-    after = known.after_contact
-    held = np.flatnonzero(labels.label == IN_CONTACT)
-    if not len(held) or after < 0 or known.found[after].kind is not AttractorKind.PERIODIC:
+    """`_compare` where there is one point."""
+    for i in range(first, last):
+        landed = z[LANDED + i] > 0.0
+        run, time, needs, d = z[BASIN_RUN + i], z[BASIN_TIME + i], z[NEEDS_SCALAR + i], z[DELAY + i]
+        near = _near(z[TAU + i], z[W + i], tau, w, tolerance)
+        run = chosen(landed, chosen(near, run + 1.0, 0.0), run)
+        z[BASIN_RUN + i] = run
+        z[BASIN_POINT + i] = 0.0
+        z[BASIN_TIME + i] = chosen(landed, time + d, time)
+        z[NEEDS_SCALAR + i] = chosen(run >= confirm, 1.0, needs)
+
+
+@lane
+def _compare(z: Any, first: int, last: int, known: Any, rule: Any) -> None:
+    """Near which point each lane's last impact was; one that continues the run goes first."""
+    points, before, tolerance, confirm = known.points, known.before, rule.tolerance, rule.confirm
+    if len(points) == 1:
+        _compare_one(z, first, last, points[0, 0], points[0, 1], tolerance, confirm)
         return
-    platform = float(section.axial_forcing), float(section.restitution)
-    states = np.stack((tau[held], w[held]), axis=1)
-    iterate_forwards(states, labels.impacts[held].astype(np.int64), *platform)
-    next_one = np.empty((1, 4))
-    for i, state in zip(held, states, strict=True):
-        axial_orbit(*state, *platform, 1, next_one)
-        labels.time[i] += next_one[0, ORBIT_DELAY]
-    tau, w = (next_one[:, column].copy() for column in (ORBIT_TAU, ORBIT_W))  # the same for all
-    labels.time[held] += label_starts(known, section, tau, w).time[0]
+    for i in range(first, last):
+        z[_NEXT + i] = -1.0
+        z[_FOLLOWS + i] = 0.0
+    for p in range(len(points)):
+        tau, w, previous = points[p, 0], points[p, 1], before[p]
+        for i in range(first, last):
+            follows, following, point = z[_FOLLOWS + i], z[_NEXT + i], z[BASIN_POINT + i]
+            near = _near(z[TAU + i], z[W + i], tau, w, tolerance)
+            first_follows = near & (point == previous) & (follows == 0.0)
+            z[_NEXT + i] = chosen(first_follows | (near & (following < 0.0)), p, following)
+            z[_FOLLOWS + i] = chosen(first_follows, 1.0, follows)
+    for i in range(first, last):
+        landed = z[LANDED + i] > 0.0
+        run, point, needs, following = (
+            z[BASIN_RUN + i],
+            z[BASIN_POINT + i],
+            z[NEEDS_SCALAR + i],
+            z[_NEXT + i],
+        )
+        time, d, follows = z[BASIN_TIME + i], z[DELAY + i], z[_FOLLOWS + i]
+        longer = chosen(follows > 0.0, run + 1.0, chosen(following >= 0.0, 1.0, 0.0))
+        run = chosen(landed, longer, run)
+        z[BASIN_RUN + i] = run
+        z[BASIN_POINT + i] = chosen(landed, following, point)
+        z[BASIN_TIME + i] = chosen(landed, time + d, time)
+        z[NEEDS_SCALAR + i] = chosen(run >= confirm, 1.0, needs)
 
 
-def _labels(known: Attractors, section: NextCollisionMap, tau: Floats, w: Floats) -> Basins:
-    """Labels with IN_CONTACT kept apart."""
-    apart = known._replace(after_contact=IN_CONTACT)
-    return label_starts(apart, section, np.ascontiguousarray(tau), np.ascontiguousarray(w))
+@lane
+def _confirmed(z: Any, i: int, known: Any, rule: Any) -> int:
+    """Label of the attractor that the impacts have been near for long enough, or _OPEN."""
+    run = z[BASIN_RUN + i]
+    if run < rule.confirm:
+        return _OPEN
+    if run == rule.confirm:
+        z[_REACHED_TIME + i], z[_REACHED_LEFT + i] = z[BASIN_TIME + i], z[IMPACTS_LEFT + i]
+    point = int(z[BASIN_POINT + i])
+    if run < known.needed[point]:
+        return _OPEN
+    z[BASIN_TIME + i], z[IMPACTS_LEFT + i] = z[_REACHED_TIME + i], z[_REACHED_LEFT + i]
+    return int(known.attractors[point])
+
+
+@lane
+def _decision(z: Any, i: int, known: Any, rule: Any) -> int:
+    """Label of the start in a lane that needs the scalar map; _OPEN: one impact by it was made."""
+    label = _confirmed(z, i, known, rule)
+    if label != _OPEN:
+        return label
+    if z[IMPACTS_LEFT + i] <= 0.0:
+        return UNRESOLVED
+    kind = chatter_outcome(z[TAU + i], z[W + i], z[FORCING + i], z[RESTITUTION + i])
+    if kind == MAP_CONTACT:
+        return int(rule.contact_label)
+    if kind == MAP_REST:
+        return int(rule.rest_label)
+    _, tau, w, delay = next_impact(z[TAU + i], z[W + i], z[FORCING + i], z[RESTITUTION + i])
+    set_impact(z, i, tau, w)
+    z[IMPACTS_LEFT + i] -= 1.0
+    z[DELAY + i], z[LANDED + i] = delay, 1.0
+    _compare(z, i, i + 1, known, rule)
+    z[DELAY + i], z[LANDED + i], z[NEEDS_SCALAR + i] = math.nan, 0.0, 0.0
+    label = _confirmed(z, i, known, rule)
+    if label != _OPEN:
+        return label
+    return UNRESOLVED if z[IMPACTS_LEFT + i] <= 0.0 else _OPEN
+
+
+@lane
+def _service(z: Any, i: int, data: Any) -> bool:
+    """Decide, or go on; whether the start has its label."""
+    label = _decision(z, i, data.known, data.rule)
+    if label == _OPEN:
+        return False
+    job = int(z[TRAJECTORY + i])
+    data.found.label[job] = label
+    data.found.impacts[job] = data.rule.cap - int(z[IMPACTS_LEFT + i])
+    data.found.time[job] = z[BASIN_TIME + i]
+    z[BASIN_RUN + i] = 0.0  # a parked lane never needs the scalar map
+    return True
+
+
+@lane
+def _assign(z: Any, i: int, job: int, data: Any) -> None:
+    state = (data.tau[job], data.w[job], data.forcing, data.restitution)
+    assign_lane(z, i, job, float(data.rule.cap), state)
+    z[BASIN_TIME + i] = 0.0
+    z[BASIN_POINT + i] = -1.0
+    z[BASIN_RUN + i] = 0.0
+
+
+@lane
+def _on_landing(z: Any, data: Any) -> None:
+    land_lanes(z)
+    _compare(z, 0, LANES, data.known, data.rule)
+
+
+_RULE = types.NamedTuple([_FLOAT, _FLOAT, *[types.int64] * 3], LaneRule)
+_KNOWN = types.NamedTuple([types.float64[:, ::1], _INTS, _FLOATS, _FLOATS], KnownPoints)
+_FOUND = types.NamedTuple([_INTS, _INTS, _FLOATS], StartLabels)
+
+
+@lane_entry(types.void(*[_FLOATS] * 3, _FLOAT, _FLOAT, _KNOWN, _RULE, _FOUND))
+def _label_lanes(
+    z: Any, tau: Any, w: Any, forcing: float, restitution: float, known: Any, rule: Any, found: Any
+) -> None:
+    data = _Starts(tau, w, forcing, restitution, known, rule, found)
+    run_lanes(z, len(tau), _service, _assign, _on_landing, data)
+
+
+def label_lanes(
+    tau: NDArray[np.float64],
+    w: NDArray[np.float64],
+    forcing: float,
+    restitution: float,
+    known: KnownPoints,
+    rule: LaneRule,
+    found: StartLabels,
+    *,
+    workers: int = 1,
+) -> None:
+    """Label starts by the attractor that they go to.
+
+    tau, w (n,): states at an impact. `known`: see `known_points`. The rule, impact after impact
+    from the start:
+
+    1. `contact_label` where the disk chatters to its end and is in contact: from there on every
+       start is the same. `rest_label` where contact lasts for good.
+    2. The label of an attractor whose points the impacts have been near, in their order, `confirm`
+       times in a row, and as often as it needs; near: both |Δτ| (shortest angular distance) and
+       |Δw| at most `tolerance`. Impacts and time are those of the `confirm`th.
+    3. UNRESOLVED (−1) after `cap` impacts.
+
+    The start itself is not compared. Where points are nearer to each other than the tolerance, the
+    one that continues the run counts, else the first. found (n,) each, label and impacts int32:
+    impacts after the start up to the decision, and their time; under rule 1 up to the last impact
+    that was found by itself. A label depends on its own start alone, not on order, company or the
+    number of threads (`workers`). All arrays are C-contiguous; nothing is checked.
+    """
+
+    def work(part: slice) -> None:
+        mine = StartLabels(found.label[part], found.impacts[part], found.time[part])
+        z = scratch(_FIELDS)
+        _label_lanes(z, tau[part], w[part], forcing, restitution, known, rule, mine)
+
+    in_slices(work, len(tau), workers)

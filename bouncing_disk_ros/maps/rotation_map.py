@@ -27,16 +27,15 @@ from bouncing_disk_ros.core.contact import load, slide
 from bouncing_disk_ros.core.contact_table import what_holds
 from bouncing_disk_ros.core.flight import Launch, gap_after, separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after
-from bouncing_disk_ros.core.impact_law import axial_push, rebound, speed_after
 from bouncing_disk_ros.core.layout import SEPARATION, SLIP, SLIP_ENDS, Slide
 from bouncing_disk_ros.core.next_event import after_sliding, after_sticking
 from bouncing_disk_ros.core.platform import (
     Record,
-    SteadyMotion,
     angular_jet,
     axial_jet,
     steady_motion,
 )
+from bouncing_disk_ros.core.restitution import axial_push, rebound, speed_after
 from bouncing_disk_ros.maps.axial_map import (
     GRAVITY,
     MAP_CONTACT,
@@ -71,7 +70,7 @@ class ContactState(NamedTuple):
 
 
 @kernel
-def map_motion(forcing: float, phase_lag: float) -> SteadyMotion:
+def map_motion(forcing: float, phase_lag: float) -> Record:
     """The platform s = Γ sin τ, β = sin(τ + θ), ω = 1."""
     sine, cosine = sincos(phase_lag)
     return steady_motion(forcing, 1.0, 1.0 / (2.0 * math.pi), 1.0, phase_lag, sine, cosine)

@@ -82,7 +82,7 @@ def _write_pages(fit: ImpactFit, files: Sequence[Path]) -> None:
             page = html_page(title, subtitle, drawn, tables_of(fit), about)
             replaced(file, partial(Path.write_text, data=page, encoding="utf-8"))
         else:
-            from bouncing_disk_ros.report.report_page import panels_page, save_page
+            from bouncing_disk_ros.report.panel_page import panels_page, save_page
 
             replaced(file, partial(save_page, panels_page(title, subtitle, drawn)))
         print(f"written: {file}", flush=True)

@@ -41,8 +41,8 @@ def _hear(start: Start, given: argparse.Namespace) -> int:
             raise MissingLibraryError(NAME, str(error.name)) from None
         from bouncing_disk_ros.measured.sound_picture import sound_lines, sound_panel, sound_text
         from bouncing_disk_ros.regular_file import replaced
+        from bouncing_disk_ros.report.panel_page import panels_page, save_page
         from bouncing_disk_ros.report.report_files import check_ours
-        from bouncing_disk_ros.report.report_page import panels_page, save_page
 
     source = Path(given.sound).expanduser()
     stem = Path(given.output or source.with_name(f"{source.stem}_times")).expanduser()

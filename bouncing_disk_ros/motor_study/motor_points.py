@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core import platform
-from bouncing_disk_ros.core.impact_law import rebounded
 from bouncing_disk_ros.core.layout import (
     DISK_DTYPE,
     L_AXIAL,
@@ -24,6 +23,7 @@ from bouncing_disk_ros.core.layout import (
     disk_record,
 )
 from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.core.restitution import rebounded
 from bouncing_disk_ros.maps.motor_curves import friction_limit, runs_away
 from bouncing_disk_ros.maps.period_one import period_one
 from bouncing_disk_ros.maps.scales import velocity_scale

@@ -101,7 +101,7 @@ def read(given: argparse.Namespace) -> Report:
     from tqdm import tqdm
 
     from bouncing_disk_ros import bag
-    from bouncing_disk_ros.bag.walk import walking
+    from bouncing_disk_ros.bag.reader import walking
     from bouncing_disk_ros.report.read_run import BagRun, ReadOptions
     from bouncing_disk_ros.report.run_report import report_of
 
@@ -139,7 +139,8 @@ def _write(start: Start, report: Report, file: Path) -> None:
         replaced(file, lambda path: path.write_text(text, "utf-8"))
     else:
         with start.stop.loading():
-            from bouncing_disk_ros.report.report_page import report_page, save_page
+            from bouncing_disk_ros.report.panel_page import save_page
+            from bouncing_disk_ros.report.report_panels import report_page
 
         figure = report_page(report)
         replaced(file, lambda path: save_page(figure, path))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from bouncing_disk_ros.core.engine import Engine, Rows
+from bouncing_disk_ros.core.engine import Blocks, Engine
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
     FADE,
@@ -101,7 +101,7 @@ class TracedEngine(Engine):
         events, self.events = self.events, []
         return events
 
-    def step(self, target_ns: int, boundary_ns: int, budget: int, rows: Rows) -> tuple[int, bool]:
+    def step(self, target_ns: int, boundary_ns: int, budget: int, rows: Blocks) -> tuple[int, bool]:
         """Resolve the events up to target_ns one by one."""
         used = 0
         while used < budget:
@@ -117,7 +117,7 @@ class TracedEngine(Engine):
             self._keep(before, int(kind), float(delay), float(value), boundary)
         return used, True
 
-    def advance_to(self, time_ns: int, rows: Rows) -> None:
+    def advance_to(self, time_ns: int, rows: Blocks) -> None:
         """Propagate the state to time_ns."""
         before = state_of(self.state)
         super().advance_to(time_ns, rows)

@@ -10,7 +10,9 @@ two.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from enum import Enum
+from itertools import pairwise
 from typing import NamedTuple
 
 from flint import arb, ctx
@@ -18,6 +20,7 @@ from flint import arb, ctx
 from bouncing_disk_ros.proof.event_functions import Watched
 
 End = tuple[arb, arb]  # value and slope
+Piece = tuple[float, End, float, End]  # where it begins and ends, with what holds there
 Range = tuple[arb, arb, arb]  # value from below, slope, second derivative
 
 MOST_PIECES = 20_000
@@ -80,6 +83,40 @@ def interval_from_zero(length: float) -> arb:
     return arb(0.5 * length, math.nextafter(0.5 * length, math.inf))
 
 
+class _Pieces:
+    """The pieces of [begin, end] that are still to be decided, from left to right."""
+
+    def __init__(
+        self, watched: Watched, begin: float, end: float, cuts: tuple[float, ...], most: int
+    ) -> None:
+        self._watched, self._most = watched, most
+        self.count = 0  # of those looked at
+        marks = [begin, *sorted(t for t in set(cuts) if begin < t < end), end]
+        ends = [self._end(t) for t in marks]
+        self._todo = [(*left, *right) for left, right in pairwise(zip(marks, ends, strict=True))]
+        self._todo.reverse()
+
+    def __iter__(self) -> Iterator[Piece]:
+        while self._todo:
+            self.count += 1
+            yield self._todo.pop()
+
+    def cut(self, piece: Piece) -> bool:
+        """Put the halves of a piece in its place; False: too many pieces, or none so short."""
+        a, at_a, b, at_b = piece
+        middle = 0.5 * (a + b)
+        if self.count > self._most or not a < middle < b:
+            return False
+        at_middle = self._end(middle)
+        self._todo.append((middle, at_middle, b, at_b))
+        self._todo.append((a, at_a, middle, at_middle))
+        return True
+
+    def _end(self, t: float) -> End:
+        value, slope = self._watched.jet(arb(t))[:2]
+        return value, slope
+
+
 def positive_on(
     watched: Watched,
     begin: float,
@@ -90,66 +127,39 @@ def positive_on(
     """Whether a function is positive on [begin, end]; `cuts`: where to cut first."""
     if end <= begin:
         return Finding(Sign.POSITIVE)
-    marks = [begin, *sorted(t for t in set(cuts) if begin < t < end), end]
-    return _Subdivision(watched, most_pieces).over(marks)
+    pieces = _Pieces(watched, begin, end, cuts, most_pieces)
+    largest = watched.tolerance(end)
+    touch = None
+    for piece in pieces:
+        a, at_a, b, at_b = piece
+        for t, at_t in ((a, at_a), (b, at_b)):
+            if at_t[0] < 0 and at_t[0] < -watched.tolerance(t):
+                return Finding(Sign.NEGATIVE, t, float(at_t[0]), pieces.count)
+        known = _known_of(watched, piece, largest)
+        if known is Sign.WITHIN_ROUNDING and touch is None:
+            touch = Finding(known, a, float(at_a[0]))
+        if known is Sign.UNKNOWN and not pieces.cut(piece):
+            return Finding(Sign.UNKNOWN, a, float(at_a[0]), pieces.count)
+    return (touch or Finding(Sign.POSITIVE))._replace(pieces=pieces.count)
 
 
-class _Subdivision:
-    """The pieces that are still to be proved, from left to right."""
+def _known_of(watched: Watched, piece: Piece, largest: float) -> Sign:
+    """What is known of a piece from its ends and the range over it.
 
-    def __init__(self, watched: Watched, most_pieces: int) -> None:
-        self._watched, self._most = watched, most_pieces
-        self._count = 0
-        self._largest = math.nan  # tolerance, at the end: it grows with time
-
-    def over(self, marks: list[float]) -> Finding:
-        """The sign between the first and the last mark."""
-        ends = [self._end(t) for t in marks]
-        self._largest = self._watched.tolerance(marks[-1])
-        todo = [(marks[i], ends[i], marks[i + 1], ends[i + 1]) for i in range(len(marks) - 1)]
-        todo.reverse()
-        touch = None
-        while todo:
-            a, at_a, b, at_b = todo.pop()
-            self._count += 1
-            for t, at_t in ((a, at_a), (b, at_b)):
-                if at_t[0] < 0 and at_t[0] < -self._watched.tolerance(t):
-                    return self._finding(Sign.NEGATIVE, t, at_t)
-            known = self._piece(a, at_a, b, at_b)
-            if known is Sign.WITHIN_ROUNDING and touch is None:
-                touch = self._finding(known, a, at_a)
-            if known is not Sign.UNKNOWN:
-                continue
-            middle = 0.5 * (a + b)
-            if self._count > self._most or not a < middle < b:
-                return self._finding(Sign.UNKNOWN, a, at_a)
-            at_middle = self._end(middle)
-            todo.append((middle, at_middle, b, at_b))
-            todo.append((a, at_a, middle, at_middle))
-        if touch is not None:
-            return touch._replace(pieces=self._count)
-        return Finding(Sign.POSITIVE, pieces=self._count)
-
-    def _end(self, t: float) -> End:
-        value, slope = self._watched.jet(arb(t))[:2]
-        return value, slope
-
-    def _finding(self, sign: Sign, t: float, at_t: End) -> Finding:
-        return Finding(sign, t, float(at_t[0]), self._count)
-
-    def _piece(self, a: float, at_a: End, b: float, at_b: End) -> Sign:
-        """What is known of [a, b] from its ends and the range over it."""
-        over, length = self._watched.over(a, b), arb(b) - arb(a)
-        if decides(at_a, at_b, over, length):
-            return Sign.POSITIVE
-        if at_a[0] > self._largest and at_b[0] > self._largest:
-            return Sign.UNKNOWN
-        slack = self._watched.tolerance(a)
-        if not at_a[0] > slack or not at_b[0] > slack:
-            lifted_a, lifted_b = (at_a[0] + slack, at_a[1]), (at_b[0] + slack, at_b[1])
-            if decides(lifted_a, lifted_b, (over[0] + slack, over[1], over[2]), length):
-                return Sign.WITHIN_ROUNDING
+    `largest`: the tolerance at the end of the interval, for it grows with time.
+    """
+    a, at_a, b, at_b = piece
+    over, length = watched.over(a, b), arb(b) - arb(a)
+    if decides(at_a, at_b, over, length):
+        return Sign.POSITIVE
+    if at_a[0] > largest and at_b[0] > largest:
         return Sign.UNKNOWN
+    slack = watched.tolerance(a)
+    if not at_a[0] > slack or not at_b[0] > slack:
+        lifted_a, lifted_b = (at_a[0] + slack, at_a[1]), (at_b[0] + slack, at_b[1])
+        if decides(lifted_a, lifted_b, (over[0] + slack, over[1], over[2]), length):
+            return Sign.WITHIN_ROUNDING
+    return Sign.UNKNOWN
 
 
 def decides(at_a: End, at_b: End, over: Range, length: arb) -> bool:
@@ -206,26 +216,17 @@ class Zero(NamedTuple):
 
 def first_zero(watched: Watched, begin: float, end: float, cuts: tuple[float, ...] = ()) -> Zero:
     """The first zero in [begin, end] of a function that is positive at `begin`."""
-    marks = [begin, *sorted(t for t in set(cuts) if begin < t < end), end]
-    ends = [watched.jet(arb(t))[:2] for t in marks]
-    todo = [(marks[i], ends[i], marks[i + 1], ends[i + 1]) for i in range(len(marks) - 1)]
-    todo.reverse()
-    count = 0
-    while todo:
-        a, at_a, b, at_b = todo.pop()
-        count += 1
+    pieces = _Pieces(watched, begin, end, cuts, MOST_PIECES)
+    for piece in pieces:
+        a, at_a, b, at_b = piece
         length, over = arb(b) - arb(a), watched.over(a, b)
-        if decides((at_a[0], at_a[1]), (at_b[0], at_b[1]), over, length):
+        if decides(at_a, at_b, over, length):
             continue
         if at_a[0] > 0 > at_b[0] and over[1] < 0:
-            return Zero(Found.ZERO, _enclosed(watched, a, b), count)
-        middle = 0.5 * (a + b)
-        if count > MOST_PIECES or not a < middle < b:
-            return Zero(Found.UNKNOWN, arb(a), count)
-        at_middle = watched.jet(arb(middle))[:2]
-        todo.append((middle, at_middle, b, at_b))
-        todo.append((a, at_a, middle, at_middle))
-    return Zero(Found.NONE, arb(end), count)
+            return Zero(Found.ZERO, _enclosed(watched, a, b), pieces.count)
+        if not pieces.cut(piece):
+            return Zero(Found.UNKNOWN, arb(a), pieces.count)
+    return Zero(Found.NONE, arb(end), pieces.count)
 
 
 def _enclosed(watched: Watched, a: float, b: float) -> arb:

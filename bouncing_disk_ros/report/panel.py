@@ -2,7 +2,7 @@
 
 Beside it the table, of what a report says in words.
 
-`report_html` draws panels with Bokeh, `report_page` with matplotlib.
+`report_html` draws panels with Bokeh, `panel_page` with matplotlib.
 """
 
 from __future__ import annotations

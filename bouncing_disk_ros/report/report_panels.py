@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,12 @@ from bouncing_disk_ros.report.section import section_velocity, single_impacts, s
 from bouncing_disk_ros.report.spans import RESET, Segment, known
 from bouncing_disk_ros.report.steady_speed import flown
 from bouncing_disk_ros.report.transient import Transient, TransientKind
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MOST_ON_PAGE = 50_000
+"""Points of a series on a page."""
 
 
 def absent(report: Report, panel: Panel) -> str:
@@ -266,6 +273,14 @@ def panels(report: Report, most: int) -> list[Panel]:
         _lateness(report, most),
         height_panel(report, TIME),
     ]
+
+
+def report_page(report: Report) -> Figure:
+    """All panels of a report as a page, which `panel_page.save_page` writes."""
+    from bouncing_disk_ros.report.panel_page import panels_page
+
+    drawn = [(panel, absent(report, panel)) for panel in panels(report, MOST_ON_PAGE)]
+    return panels_page(*headline(report), drawn)
 
 
 def downsample(shown: int, count: int, how: str) -> str:

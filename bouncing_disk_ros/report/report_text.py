@@ -15,7 +15,8 @@ from bouncing_disk_ros.report.estimate import Estimate
 from bouncing_disk_ros.report.impact_text import terminal_width
 from bouncing_disk_ros.report.panel import Pairs, Table
 from bouncing_disk_ros.report.rise_time import RiseTime
-from bouncing_disk_ros.report.run_report import ABSENT, Pace, Report, SegmentReport
+from bouncing_disk_ros.report.run_record import ABSENT
+from bouncing_disk_ros.report.run_report import Pace, Report, SegmentReport
 from bouncing_disk_ros.report.spans import known
 from bouncing_disk_ros.report.steady_speed import Mean
 from bouncing_disk_ros.report.transient import FEWEST, Transient, TransientKind

@@ -13,7 +13,7 @@ from bouncing_disk_ros.maps.period_one import PeriodOne, period_one
 from bouncing_disk_ros.maps.scales import axial_forcing_of, velocity_scale
 from bouncing_disk_ros.matplotlib_figures import new_figure, typeset
 from bouncing_disk_ros.report.panel import Panel, SeriesStyle, series, with_gaps
-from bouncing_disk_ros.report.report_page import draw_panel
+from bouncing_disk_ros.report.panel_page import draw_panel
 from bouncing_disk_ros.report.report_panels import PHASE, TIME, VELOCITY, sampled_heights
 from bouncing_disk_ros.report.run_record import RunRecord
 from bouncing_disk_ros.report.run_summary import last_orbit

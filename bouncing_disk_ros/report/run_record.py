@@ -1,8 +1,9 @@
-"""The record of a run as seen from outside: impacts, samples, motions, inputs."""
+"""The record of a run as seen from outside: impacts, samples, motions, inputs; its source."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -97,3 +98,42 @@ class RunRecord:
         if not self.motions or self.motions[-1].begin_ns != self.motions[-1].end_ns:
             return None
         return self.motions[-1].target
+
+
+ABSENT = "not in this bag"
+
+
+class TopicCount(NamedTuple):
+    """One topic as recorded; `lost` in words, from the publisher's numbering."""
+
+    topic: str
+    messages: int
+    lost: str
+
+
+@dataclass(frozen=True)
+class RecordSource:
+    """Where a record comes from, and what is known of the recording."""
+
+    name: str
+    namespace: str = "/"
+    run: int = 1  # of `runs`
+    runs: int = 1
+    version: str = ""  # of the package that simulated
+    topics: tuple[TopicCount, ...] = ()
+    missing: tuple[str, ...] = ()  # topics of a simulator that are not in the bag
+    empty: tuple[str, ...] = ()  # that are, without any message
+    notes: Mapping[str, str] | None = None  # of the recorder
+    remarks: tuple[str, ...] = ()  # damage
+    limits: tuple[str, ...] = ()  # what was left out or downsampled on reading
+    is_cut: bool = False  # only the times asked for were read
+    is_cut_off: bool = False  # of these, the run goes on after the last one
+
+    def absence(self, *topics: str) -> str:
+        """Why nothing of these topics (if named) is there, in words that follow "is"."""
+        asked = {*topics}
+        if asked and asked <= {*self.missing}:
+            return ABSENT
+        if asked and asked <= {*self.missing, *self.empty}:
+            return "in this bag without messages"
+        return f"without messages {'within these times' if self.is_cut else 'of this run'}"

@@ -7,7 +7,7 @@ those of `rotor_speed`.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -30,7 +30,7 @@ from bouncing_disk_ros.report.record_validation import checked_times
 from bouncing_disk_ros.report.recorded_offset import Offsets, axial_offset
 from bouncing_disk_ros.report.rise_time import RiseTime
 from bouncing_disk_ros.report.rotor_speed import Speeds
-from bouncing_disk_ros.report.run_record import HealthReport, RunRecord
+from bouncing_disk_ros.report.run_record import HealthReport, RecordSource, RunRecord
 from bouncing_disk_ros.report.spans import (
     Segment,
     Spans,
@@ -45,7 +45,6 @@ from bouncing_disk_ros.report.transient import Transient, transient_of
 Rows = NDArray[np.void]
 Column = NDArray[np.float64]
 
-ABSENT = "not in this bag"
 MOST_SEGMENTS = 50
 """Of so many segments, those with the most impacts, orbit and transient are worked out."""
 STILL = 1e-9
@@ -53,42 +52,6 @@ STILL = 1e-9
 MOST_ESTIMATED = 200_000
 """Restitution and friction are estimated from at most so many rows, the last ones."""
 LONGEST, LAST = "longest", "last"
-
-
-class TopicCount(NamedTuple):
-    """One topic as recorded; `lost` in words, from the publisher's numbering."""
-
-    topic: str
-    messages: int
-    lost: str
-
-
-@dataclass(frozen=True)
-class RecordSource:
-    """Where a record comes from, and what is known of the recording."""
-
-    name: str
-    namespace: str = "/"
-    run: int = 1  # of `runs`
-    runs: int = 1
-    version: str = ""  # of the package that simulated
-    topics: tuple[TopicCount, ...] = ()
-    missing: tuple[str, ...] = ()  # topics of a simulator that are not in the bag
-    empty: tuple[str, ...] = ()  # that are, without any message
-    notes: Mapping[str, str] | None = None  # of the recorder
-    remarks: tuple[str, ...] = ()  # damage
-    limits: tuple[str, ...] = ()  # what was left out or downsampled on reading
-    is_cut: bool = False  # only the times asked for were read
-    is_cut_off: bool = False  # of these, the run goes on after the last one
-
-    def absence(self, *topics: str) -> str:
-        """Why nothing of these topics (if named) is there, in words that follow "is"."""
-        asked = {*topics}
-        if asked and asked <= {*self.missing}:
-            return ABSENT
-        if asked and asked <= {*self.missing, *self.empty}:
-            return "in this bag without messages"
-        return f"without messages {'within these times' if self.is_cut else 'of this run'}"
 
 
 class SegmentReport(NamedTuple):

@@ -24,14 +24,14 @@ from bouncing_disk_ros.maps.axial_flights import land_from_height
 from bouncing_disk_ros.maps.basin_labels import (
     LONGER,
     MOST,
-    UNRESOLVED,
-    Basins,
     LabelRule,
+    StartLabels,
     chaotic_labels,
     impacts_needed,
     label_followed,
     label_starts,
 )
+from bouncing_disk_ros.maps.label_maps import UNRESOLVED
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.resilience_studies.orbit_instants import Array, Instants
 
@@ -167,7 +167,7 @@ def _fates_in_time(
     chaotic = any(a.kind is AttractorKind.CHAOTIC for a in known.found)
     while len(open_) and cap <= MOST_FOLLOWED:
         n = len(open_)
-        found = Basins(np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n))
+        found = StartLabels(np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n))
         tau, w = (part[open_] for part in starts)
         label_followed(known, section, tau, w, rule._replace(cap=cap), found)
         late = found.time > time_left[open_]

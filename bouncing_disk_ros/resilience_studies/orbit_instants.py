@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.impact_law import rebounded
+from bouncing_disk_ros.core.restitution import rebounded
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind
 from bouncing_disk_ros.maps.axial_flights import land_from_height
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap

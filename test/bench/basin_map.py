@@ -20,12 +20,7 @@ from bench.c_reference import CLanes, CReference
 from bench.many_references import missing
 from bench.table import Aim, Row, compared, row
 from bench.turns import Run, interleaved
-from bouncing_disk_ros.maps.lanes.basin_kernel import (
-    LaneLabels,
-    LaneRule,
-    known_points,
-    label_lanes,
-)
+from bouncing_disk_ros.maps.basin_labels import LaneRule, StartLabels, known_points, label_lanes
 
 PART = "many trajectories"
 PIXELS, CAP, CONFIRM, TOLERANCE = 200, 300, 8, 1e-6
@@ -58,7 +53,7 @@ class BasinMap:
         """Label by the lanes; how many pixels."""
         known = known_points(np.array([self.rule.point]), np.ones(1, np.int32))
         rule = LaneRule(TOLERANCE, float(CONFIRM), 0, 2, CAP)
-        found = LaneLabels(self.labels, self.impacts, self._time)
+        found = StartLabels(self.labels, self.impacts, self._time)
         label_lanes(self.tau, self.w, self.rule.axial_forcing, RESTITUTION, known, rule, found)
         return len(self.tau)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from bench.table import Aim, Row, row
 from bench.turns import elapsed
-from bouncing_disk_ros.maps.basin_labels import label_window
+from bouncing_disk_ros.maps.labelled_window import label_window
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.resilience_studies.fatal_changes import FatalRule

@@ -19,9 +19,16 @@ from bouncing_disk_ros.core.model import Disk, InitialState, Motion, join_rows
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors
 from bouncing_disk_ros.maps.axial_map import axial_orbit
-from bouncing_disk_ros.maps.basin_labels import label_starts
+from bouncing_disk_ros.maps.basin_labels import (
+    LaneRule,
+    StartLabels,
+    known_points,
+    label_lanes,
+    label_starts,
+)
 from bouncing_disk_ros.maps.best_lag import best_lag
-from bouncing_disk_ros.maps.continuation import period_doublings
+from bouncing_disk_ros.maps.best_toss import extreme
+from bouncing_disk_ros.maps.bifurcations import period_doublings
 from bouncing_disk_ros.maps.label_maps import (
     basin_entropy,
     box_dimension,
@@ -29,26 +36,14 @@ from bouncing_disk_ros.maps.label_maps import (
 )
 from bouncing_disk_ros.maps.lanes.attractor_lanes import measure_attractors
 from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
-from bouncing_disk_ros.maps.lanes.basin_kernel import (
-    LaneLabels,
-    LaneRule,
-    known_points,
-    label_lanes,
-)
 from bouncing_disk_ros.maps.lanes.lane_table import fused
 from bouncing_disk_ros.maps.map_tangent import axial_tangent
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, fixed_point
 from bouncing_disk_ros.maps.rotation_map import collision_orbit, measure_attractor
 from bouncing_disk_ros.maps.settled_speed import settled_speeds
-from bouncing_disk_ros.maps.tosses import (
-    TossSetting,
-    extreme,
-    toss,
-    toss_paths,
-    toss_pixels,
-    toss_trajectory,
-)
+from bouncing_disk_ros.maps.toss_paths import toss_paths, toss_trajectory
+from bouncing_disk_ros.maps.tosses import TossSetting, toss, toss_pixels
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.input_records import Record, from_json, to_json
 from bouncing_disk_ros.run.input_replay import restored
@@ -313,7 +308,7 @@ def labelled(
     tau, w = (column.copy() for column in starts.T)
     labels, impacts, time = np.zeros(n, np.int32), np.zeros(n, np.int32), np.zeros(n)
     known = known_points(points, np.array(of, np.int32))
-    rule, found = LaneRule(1e-3, 8.0, 98, 99, cap), LaneLabels(labels, impacts, time)
+    rule, found = LaneRule(1e-3, 8.0, 98, 99, cap), StartLabels(labels, impacts, time)
     label_lanes(tau, w, axial_forcing, restitution, known, rule, found)
     return [labels, impacts, time]
 

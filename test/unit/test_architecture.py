@@ -6,7 +6,7 @@ from __future__ import annotations
 import ast
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -76,6 +76,11 @@ EXACT = {
 }  # fmt: skip
 
 FILES = sorted(PACKAGE.rglob("*.py"))
+MODULES = {
+    ".".join(file.relative_to(ROOT).with_suffix("").parts): file
+    for file in FILES
+    if file.stem != "__init__"
+}
 
 PAGE = (ROOT / "docs" / "architecture.md").read_text("utf-8")
 LINKS = sorted(set(re.findall(r"\[`([^`]+)`\]\(\.\./(bouncing_disk_ros/[^)]+\.py)\)", PAGE)))
@@ -136,11 +141,15 @@ def identify(file: Path) -> str:
     return str(file.relative_to(PACKAGE))
 
 
+def modules_of(names: Iterable[str]) -> set[str]:
+    """The modules of the package among what is imported."""
+    found = {target for name in names for target in (name, name.rpartition(".")[0])}
+    return found & {*MODULES}
+
+
 def test_imports_point_down_in_no_circle_and_to_known_libraries() -> None:
     """Within functions too; the core knows no clock, log or file."""
-    modules = {".".join(file.relative_to(ROOT).with_suffix("").parts): file for file in FILES}
-    uses = {}
-    for module, file in modules.items():
+    for file in FILES:
         names = [name for name in imports(file) if name.startswith("bouncing_disk_ros.")]
         own = {name.split(".")[1] for name in names} - {"__version__"}
         assert own <= MAY_IMPORT[package(file)], f"{identify(file)}: not allowed by MAY_IMPORT"
@@ -149,9 +158,25 @@ def test_imports_point_down_in_no_circle_and_to_known_libraries() -> None:
         foreign = outside - set(sys.stdlib_module_names)
         assert foreign <= allowed, f"{identify(file)}: not allowed by LIBRARIES"
         assert not has_kernels(file) or not outside & NOT_IN_CORE, identify(file)
-        targets = {target for name in names for target in (name, name.rpartition(".")[0])}
-        uses[module] = {one for one in targets & modules.keys() if not one.endswith("__init__")}
+    uses = {name: modules_of(imports(file)) for name, file in MODULES.items()}
     tuple(TopologicalSorter(uses).static_order())  # raises CycleError, which names the circle
+
+
+MAX_DEPTH = 12
+"""Longest chain of modules of the base in which each loads the next one while it loads."""
+
+
+def test_chains_of_imports_of_the_base_are_short() -> None:
+    uses = {}
+    for name, file in MODULES.items():
+        loads = [node for node in parsed(file).body if isinstance(node, ast.ImportFrom)]
+        uses[name] = modules_of(f"{n.module}.{alias.name}" for n in loads for alias in n.names)
+    depth: dict[str, int] = {}
+    for name in TopologicalSorter(uses).static_order():
+        depth[name] = 1 + max((depth[used] for used in uses[name]), default=0)
+    base = {name: depth[name] for name, file in MODULES.items() if package(file) not in EXTENSIONS}
+    deepest = max(base, key=base.__getitem__)
+    assert base[deepest] <= MAX_DEPTH, deepest
 
 
 def test_core_and_controllers_have_the_same_bits_with_every_version_of_their_libraries() -> None:

@@ -15,8 +15,8 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core import impact_law
 from bouncing_disk_ros.core.arithmetic import kernel, sincos
+from bouncing_disk_ros.core.restitution import speed_after as scalar_speed_after
 from bouncing_disk_ros.maps import axial_map, map_tangent
 from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, MAP_IMPACT, MAP_REST
 from bouncing_disk_ros.maps.lanes.lane_flight import land_lanes, run_lanes
@@ -73,7 +73,7 @@ ROTATION_FIELDS = FIELDS + 8
 
 _FLOATS = types.float64[::1]
 
-speed_after = lane(impact_law.speed_after)
+speed_after = lane(scalar_speed_after)
 
 
 @lane

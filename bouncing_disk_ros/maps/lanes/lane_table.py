@@ -35,7 +35,6 @@ from numba import njit, types
 from numba.extending import intrinsic
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core import impact_law
 from bouncing_disk_ros.core.arithmetic import (
     C4,
     C6,
@@ -63,6 +62,8 @@ from bouncing_disk_ros.core.arithmetic import (
 )
 from bouncing_disk_ros.core.chatter import chatter_scale
 from bouncing_disk_ros.core.platform import ROOM, axial_jet
+from bouncing_disk_ros.core.restitution import rebound as scalar_rebound
+from bouncing_disk_ros.core.restitution import rebounded
 from bouncing_disk_ros.maps.axial_map import GRAVITY, MapDisk, after_impact, axial_motion
 
 Scratch = Any  # float64 (FIELDS * LANES,)
@@ -113,7 +114,7 @@ def lane(function: Kernel) -> Kernel:
     return compiled
 
 
-rebound = lane(impact_law.rebounded)
+rebound = lane(rebounded)
 
 
 def lane_entry(*signature: object) -> Callable[[Kernel], Kernel]:
@@ -192,7 +193,7 @@ def chatter_outcome(tau: float, w: float, forcing: float, restitution: float) ->
     motion = axial_motion(forcing)
     jet = axial_jet(motion, sine, cosine, 0.0)
     disk = MapDisk(restitution, GRAVITY, 0.0, 0.0, 0.0)
-    kind: int = after_impact(motion, disk, tau, jet, impact_law.rebound(w, restitution))[0]
+    kind: int = after_impact(motion, disk, tau, jet, scalar_rebound(w, restitution))[0]
     return kind
 
 

@@ -11,7 +11,8 @@ import xarray as xr
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractors import Attractors
-from bouncing_disk_ros.maps.basin_labels import UNRESOLVED, label_starts
+from bouncing_disk_ros.maps.basin_labels import label_starts
+from bouncing_disk_ros.maps.label_maps import UNRESOLVED
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.resilience_studies.edge_states import boundary_pairs, edge_states

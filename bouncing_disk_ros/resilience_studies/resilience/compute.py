@@ -11,7 +11,7 @@ import xarray as xr
 from bouncing_disk_ros.angles import numbers_of
 from bouncing_disk_ros.errors import InputError, one_of
 from bouncing_disk_ros.maps.attractors import refuse_conservative
-from bouncing_disk_ros.maps.basin_labels import IN_CONTACT, label_window
+from bouncing_disk_ros.maps.labelled_window import IN_CONTACT, label_window
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.resilience_studies import NO_ROTATION

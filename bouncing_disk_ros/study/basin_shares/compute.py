@@ -20,14 +20,9 @@ from bouncing_disk_ros.maps.attractors import (
     Attractors,
     refuse_conservative,
 )
-from bouncing_disk_ros.maps.basin_labels import (
-    IN_CONTACT,
-    UNRESOLVED,
-    Labelled,
-    label_window,
-    shares,
-)
 from bouncing_disk_ros.maps.best_lag import best_lag
+from bouncing_disk_ros.maps.label_maps import UNRESOLVED, shares
+from bouncing_disk_ros.maps.labelled_window import IN_CONTACT, Labelled, label_window
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.attractor_lines import (

@@ -22,21 +22,17 @@ from bouncing_disk_ros.maps.attractors import (
     numbered,
     refuse_conservative,
 )
-from bouncing_disk_ros.maps.basin_labels import (
-    UNRESOLVED,
-    LabelRule,
-    before_impact,
-    label_starts,
-    shares,
-    unresolved_fraction,
-)
+from bouncing_disk_ros.maps.basin_labels import Floats, LabelRule, label_starts
 from bouncing_disk_ros.maps.label_maps import (
     PIXELS,
+    UNRESOLVED,
     LabelMap,
     basin_entropy,
     box_dimension,
     row_blocks,
+    shares,
     uncertainty_exponent,
+    unresolved_fraction,
 )
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.settled_speed import settled_speeds
@@ -305,3 +301,16 @@ def from_arrays(arrays: Arrays) -> Attractors:
         for kind, phase, speed, cycles, multiplier in rows
     )
     return Attractors(found, int(arrays["after_contact"]), int(arrays["unresolved"]))
+
+
+def before_impact(velocity: Floats, restitution: float, *, after: bool) -> Floats:
+    """w_A of starts given by the velocity before the impact, or (`after`) by −u, u = −ε w_A.
+
+    Both are negative, so that both windows read alike. InputError: after an impact at ε = 0 the
+    disk has no velocity.
+    """
+    if not after:
+        return velocity
+    if restitution == 0.0:
+        raise InputError("velocity", "after", "before, at restitution 0", "Nothing bounces there.")
+    return velocity / restitution

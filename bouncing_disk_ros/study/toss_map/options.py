@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.study.command import main_of
-from bouncing_disk_ros.study.definition import TOSS_OPTIONS, StudyDefinition
+from bouncing_disk_ros.study.definition import StudyDefinition
+from bouncing_disk_ros.study.shared_options import TOSS_OPTIONS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,7 +49,8 @@ _SPECS = (
 
 
 def _pictures(study: TossMap, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.maps.tosses import Toss, toss_trajectory
+    from bouncing_disk_ros.maps.toss_paths import toss_trajectory
+    from bouncing_disk_ros.maps.tosses import Toss
     from bouncing_disk_ros.study.toss_map.picture import maps_figure
     from bouncing_disk_ros.study.toss_paths.picture import toss_title, trajectories_figure
 

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.study.command import main_of
-from bouncing_disk_ros.study.definition import TOSS_OPTIONS, StudyDefinition
+from bouncing_disk_ros.study.definition import StudyDefinition
+from bouncing_disk_ros.study.shared_options import TOSS_OPTIONS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,7 +37,7 @@ _SPECS = (
 
 
 def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.maps.tosses import TossPaths
+    from bouncing_disk_ros.maps.toss_paths import TossPaths
     from bouncing_disk_ros.study.toss_paths.picture import paths_figure, toss_title
 
     paths = TossPaths(**{name: result[name].values for name in TossPaths._fields})

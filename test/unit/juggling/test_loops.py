@@ -18,7 +18,7 @@ from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.juggling.juggler import HeardImpact, Juggler
 from bouncing_disk_ros.juggling.kernels import loop_kernel as loop
-from bouncing_disk_ros.juggling.kernels.verdicts import draw
+from bouncing_disk_ros.juggling.kernels.loop_kernel import draw
 from bouncing_disk_ros.juggling.loop_settings import (
     HEARS_TIMES_ONLY,
     Limits,

@@ -9,13 +9,8 @@ import pytest
 
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors
-from bouncing_disk_ros.maps.basin_labels import (
-    UNRESOLVED,
-    LabelRule,
-    impacts_needed,
-    label_starts,
-    shares,
-)
+from bouncing_disk_ros.maps.basin_labels import LabelRule, impacts_needed, label_starts
+from bouncing_disk_ros.maps.label_maps import UNRESOLVED, shares
 from bouncing_disk_ros.maps.lanes.lane_table import LANES, in_slices
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 

@@ -40,9 +40,9 @@ def test_every_kernel_releases_the_lock_has_no_threads_and_fuses_only_where_it_s
     found = dict(kernels())
     # the walk finds what the studies and the simulator call
     for name in (
-        "lanes.basin_kernel._label_lanes",
+        "basin_labels._label_lanes",
         "lanes.axial_lanes._iterate_axial",
-        "stepper.advance",
+        "engine.advance",
     ):
         assert any(full.endswith(name) for full in found), f"{name} is not among {len(found)}"
     keeps = [

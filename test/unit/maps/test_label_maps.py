@@ -12,8 +12,13 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps import label_maps
-from bouncing_disk_ros.maps.basin_labels import shares, unresolved_fraction
-from bouncing_disk_ros.maps.label_maps import basin_entropy, box_dimension, uncertainty_exponent
+from bouncing_disk_ros.maps.label_maps import (
+    basin_entropy,
+    box_dimension,
+    shares,
+    uncertainty_exponent,
+    unresolved_fraction,
+)
 
 CANTOR = math.log(2.0) / math.log(3.0)
 

@@ -12,6 +12,7 @@ import pytest
 
 from bouncing_disk_ros.core.model import Phase
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.maps.best_toss import extreme, ridge
 from bouncing_disk_ros.maps.single_toss import (
     TOSS_NONE,
     TOSS_SLID,
@@ -19,6 +20,7 @@ from bouncing_disk_ros.maps.single_toss import (
     TOSS_STUCK,
     TOSS_UNRESOLVED,
 )
+from bouncing_disk_ros.maps.toss_paths import toss_paths, toss_trajectory
 from bouncing_disk_ros.maps.tosses import (
     CODES,
     LOWEST,
@@ -26,13 +28,9 @@ from bouncing_disk_ros.maps.tosses import (
     PAPER_DISK,
     Toss,
     TossSetting,
-    extreme,
-    ridge,
     separation_phase,
     toss,
-    toss_paths,
     toss_pixels,
-    toss_trajectory,
 )
 
 EPS = float(np.finfo(float).eps)

@@ -27,7 +27,7 @@ from bouncing_disk_ros.measured.reading import recording_of
 from bouncing_disk_ros.measured.sequence import Chain
 from bouncing_disk_ros.measured.settled_flights import periods_of, told_by
 from bouncing_disk_ros.measured.starts import first_values
-from bouncing_disk_ros.study.definition import definition_of
+from bouncing_disk_ros.study.by_name import definition_of
 from bouncing_disk_ros.study.from_run import of_preset, wanted
 from reference.cases import examples
 from support.live import LiveSimulators

@@ -15,9 +15,9 @@ from bouncing_disk_ros.core.model import join_rows
 from bouncing_disk_ros.core.offset import CUBIC, LINE, QUINTIC, Knot, OffsetState
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.report.recorded_offset import axial_offset
-from bouncing_disk_ros.report.run_record import UNKNOWN_DISK, RunRecord
+from bouncing_disk_ros.report.run_record import UNKNOWN_DISK, RecordSource, RunRecord
 from bouncing_disk_ros.report.run_record_builder import Parsed, RunRecordBuilder
-from bouncing_disk_ros.report.run_report import RecordSource, report_of
+from bouncing_disk_ros.report.run_report import report_of
 from bouncing_disk_ros.run.input_records import to_json
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.trajectory_validation import Splice

@@ -16,13 +16,13 @@ import pytest
 from matplotlib.figure import Figure
 
 from bouncing_disk_ros.report.panel import Panel, series
+from bouncing_disk_ros.report.panel_page import save_page
 from bouncing_disk_ros.report.read_run import WANTED
 from bouncing_disk_ros.report.report_files import MARK
 from bouncing_disk_ros.report.report_html import MOST_POINTS, report_html
-from bouncing_disk_ros.report.report_page import report_page, save_page
-from bouncing_disk_ros.report.report_panels import panels
-from bouncing_disk_ros.report.run_record import UNKNOWN_DISK, RunRecord
-from bouncing_disk_ros.report.run_report import RecordSource, Report, report_of
+from bouncing_disk_ros.report.report_panels import panels, report_page
+from bouncing_disk_ros.report.run_record import UNKNOWN_DISK, RecordSource, RunRecord
+from bouncing_disk_ros.report.run_report import Report, report_of
 from support import pinned_results
 from support.figure_boxes import flaws
 from support.recorded import period_one_bag

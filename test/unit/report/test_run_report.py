@@ -17,9 +17,10 @@ from bouncing_disk_ros.report.report_text import lines, path_text, transient_tex
 from bouncing_disk_ros.report.run_record import (
     UNKNOWN_DISK,
     HealthReport,
+    RecordSource,
     RunRecord,
 )
-from bouncing_disk_ros.report.run_report import RecordSource, Report, report_of
+from bouncing_disk_ros.report.run_report import Report, report_of
 from bouncing_disk_ros.report.spans import time_decimals
 from bouncing_disk_ros.report.transient import Transient, TransientKind
 from bouncing_disk_ros.run.presets import load_preset

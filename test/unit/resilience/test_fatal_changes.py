@@ -11,7 +11,7 @@ from bouncing_disk_ros import simulate
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
-from bouncing_disk_ros.maps.basin_labels import IN_CONTACT, label_window, window_starts
+from bouncing_disk_ros.maps.labelled_window import IN_CONTACT, label_window, window_starts
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
 from bouncing_disk_ros.resilience_studies.fatal_changes import (
     LOST,

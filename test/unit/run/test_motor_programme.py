@@ -11,8 +11,8 @@ import pytest
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Motion, Phase, join_rows
 from bouncing_disk_ros.maps.motor_curves import friction_limit, mean_speed
-from bouncing_disk_ros.report.run_record import RunRecord, State
-from bouncing_disk_ros.report.run_report import RecordSource, report_of
+from bouncing_disk_ros.report.run_record import RecordSource, RunRecord, State
+from bouncing_disk_ros.report.run_report import report_of
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import load_programme
 from bouncing_disk_ros.run.session import Session

@@ -1,4 +1,4 @@
-"""A report as one page of figures, for PNG, SVG and PDF: its panels drawn with matplotlib."""
+"""Panels drawn with matplotlib: one in given axes, or several as a page for PNG, SVG and PDF."""
 
 from __future__ import annotations
 
@@ -13,21 +13,12 @@ from matplotlib.figure import Figure
 from bouncing_disk_ros.matplotlib_figures import mark_in_pi, new_figure, typeset
 from bouncing_disk_ros.report.panel import Panel, Series, SeriesStyle
 from bouncing_disk_ros.report.report_files import MARK
-from bouncing_disk_ros.report.report_panels import absent, headline, panels
-from bouncing_disk_ros.report.run_report import Report
 
-MOST_POINTS = 50_000
-"""Points of a series; those of a file of vectors are drawn as an image from _RASTER on."""
 _RASTER = 3000
+"""Points from which on a series in a file of vectors is drawn as an image."""
 _COLUMNS, _LEGEND_LINE = 2, 11.5
 """Of a legend: columns, and the height of a line in points."""
 _METADATA = {"png": "Software", "svg": "Creator", "pdf": "Creator"}
-
-
-def report_page(report: Report) -> Figure:
-    """All panels of a report."""
-    drawn = [(panel, absent(report, panel)) for panel in panels(report, MOST_POINTS)]
-    return panels_page(*headline(report), drawn)
 
 
 def panels_page(title: str, subtitle: str, drawn: Sequence[tuple[Panel, str]]) -> Figure:

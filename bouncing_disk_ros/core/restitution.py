@@ -1,16 +1,16 @@
-"""The law of an impact: u = −ε w along the axis, with its impulse and loss; friction (rule 7).
+"""Restitution: u = −ε w along the axis, its impulse and loss; friction in an impact (rule 7).
 
-One impact is computed by these functions alone: for numbers and arrays (`rebounded`), for kernels
+What one impact does is said here once: for numbers and arrays (`rebounded`), for kernels
 (`rebound`, `axial_push`, `lost_part`) and for lanes (`lanes.lane_table.rebound`, compiled from
-`rebounded`). What follows from many impacts has formulas of its own. They need an ε that is the
-same in all impacts, and change with the law by hand:
+`rebounded`). `resolve_event` resolves an impact by it. Formulas for many impacts need an ε that is
+the same in all of them, and change with the law by hand:
 
 - sums over a chatter: `chatter.chatter_duration`, `tail_push`, `chatter_sums`, `chatter_rotation`,
   `chatter_scale`, `chatter_friction`, `braked_chatter`, `brake.stopped_tail` and
   `resolve_event._end_chatter_rotation`;
 - derivatives of the map: `map_tangent.turned_tangent`, `periodic_orbit` (determinant ε²ⁿ),
   `next_collision.NextCollisionMap.jacobian`;
-- the map backwards: `axial_flights.previous_impact`, `basin_labels.before_impact`;
+- the map backwards: `axial_flights.previous_impact`, `basins.compute.before_impact`;
 - period-1 orbits: `existence_limit`, `impact_velocity` and `stability_limit` of
   `maps.period_one`, from which all others take them;
 - the greatest speed: `settled_speed.largest_change`, `manifold_growth.no_return`;

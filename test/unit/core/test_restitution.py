@@ -1,21 +1,21 @@
-"""The law of an impact: once for scalars, once for lanes, equal to the bit."""
+"""The law of restitution: once for scalars, once for lanes, equal to the bit."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from bouncing_disk_ros.core import impact_law
+from bouncing_disk_ros.core import restitution
 from bouncing_disk_ros.maps.lanes import lane_table
 from support.kernels import Kernels
 
-law = Kernels(impact_law)
+law = Kernels(restitution)
 
 
 def test_scalars_lanes_and_arrays_rebound_alike() -> None:
     rng = np.random.default_rng(3)
     w = -np.concatenate([10.0 ** rng.uniform(-300.0, 5.0, 500), [5e-324, 1.0, 1e300]])
     for epsilon in (0.0, 0.5, 1.0, float(rng.uniform()), 1.0 - 1e-6):
-        of_array = impact_law.rebounded(w, epsilon)
+        of_array = restitution.rebounded(w, epsilon)
         assert [law.rebound(one, epsilon) for one in w] == of_array.tolist()
         assert [lane_table.rebound(one, epsilon) for one in w] == of_array.tolist()
 
