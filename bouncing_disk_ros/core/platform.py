@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import namedtuple
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -315,7 +316,8 @@ that before it (Markov's inequality for degree 3)."""
 ROOM = 1.0 + 1e-12  # bounds are rounded up by more than the rounding of their own sums
 
 
-SteadyMotion: Any = namedtuple(
+_tuple_of: Callable[..., Any] = namedtuple  # mypy knows those of literal names alone
+SteadyMotion = _tuple_of(
     "SteadyMotion",
     [name for name in PLATFORM_DTYPE.names or () if name not in ("end_ns", "cycles", "tau")],
 )
@@ -326,33 +328,18 @@ Given in place of a record: without an offset numba leaves out what a steady mot
 
 
 @kernel
-def _steady(
-    kind: int, moves: int, a: float, p: float, f: float, w: float, fastest: float, top: float,
-    lag: tuple[float, float, float], s: tuple[float, float, float], b: tuple[float, float, float],
-    axial: Table, duration: float, since: float,
-) -> Record:  # fmt: skip
-    """A SteadyMotion; `lag` with its sine and cosine, `s` and `b` the bounds of derivatives."""
-    return SteadyMotion(
-        kind=kind, begin_ns=0, duration=math.inf,
-        a=a, da=0.0, p=p, dp=0.0, f=f, df=0.0,
-        lag=lag[0], dlag=0.0, lag_sine=lag[1], lag_cosine=lag[2],
-        omega=w, omega_max=fastest, top=top,
-        s2=s[0], s3=s[1], s4=s[2], b2=b[0], b3=b[1], b4=b[2],
-        offset=moves, axial=axial, angular=None, axial_duration=duration, angular_duration=1.0,
-        span=math.inf, origin_ns=0, axial_lead=since, angular_lead=0.0,
-        fade_lead=0.0, fade_end=math.inf, turning=0, bending=moves, fifth=0.0,
-    )  # fmt: skip
-
-
-@kernel
 def steady_motion(
     a: float, p: float, f: float, w: float, lag: float, lag_sine: float, lag_cosine: float
 ) -> Record:
     """s = a sin ωt, β = p sin(ωt + lag) with ω = w = 2πf, and the bounds that certify roots."""
     s2, b2 = a * w * w * ROOM, p * w * w * ROOM
-    return _steady(
-        STEADY, 0, a, p, f, w, w, a * ROOM, (lag, lag_sine, lag_cosine),
-        (s2, s2 * w, s2 * w * w), (b2, b2 * w, b2 * w * w), None, 1.0, 0.0,
+    return SteadyMotion(
+        kind=STEADY, begin_ns=0, duration=math.inf, a=a, da=0.0, p=p, dp=0.0, f=f, df=0.0,
+        lag=lag, dlag=0.0, lag_sine=lag_sine, lag_cosine=lag_cosine, omega=w, omega_max=w,
+        top=a * ROOM, s2=s2, s3=s2 * w, s4=s2 * w * w, b2=b2, b3=b2 * w, b4=b2 * w * w,
+        offset=0, axial=None, angular=None, axial_duration=1.0, angular_duration=1.0,
+        span=math.inf, origin_ns=0, axial_lead=0.0, angular_lead=0.0, fade_lead=0.0,
+        fade_end=math.inf, turning=0, bending=0, fifth=0.0,
     )  # fmt: skip
 
 
@@ -369,9 +356,14 @@ def moved_motion(motion: Record, moves: bool, table: Table, span: float, since: 
         kind, top, fastest = MOVING, math.inf, max(m.omega, DERIVATIVE_RATIO / span)
         s2, s3, s4 = offset_bounds(table, duration, 0.0, span)
     s2, s3, s4 = m.s2 + s2 * ROOM, m.s3 + s3 * ROOM, m.s4 + s4 * ROOM
-    return _steady(
-        kind, int(moves), m.a, 0.0, m.f, m.omega, fastest, top, (0.0, 0.0, 1.0),
-        (s2, s3, s4), (0.0, 0.0, 0.0), table, duration, since,
+    bent = int(moves)
+    return SteadyMotion(
+        kind=kind, begin_ns=0, duration=math.inf, a=m.a, da=0.0, p=0.0, dp=0.0, f=m.f, df=0.0,
+        lag=0.0, dlag=0.0, lag_sine=0.0, lag_cosine=1.0, omega=m.omega, omega_max=fastest,
+        top=top, s2=s2, s3=s3, s4=s4, b2=0.0, b3=0.0, b4=0.0,
+        offset=bent, axial=table, angular=None, axial_duration=duration, angular_duration=1.0,
+        span=math.inf, origin_ns=0, axial_lead=since, angular_lead=0.0, fade_lead=0.0,
+        fade_end=math.inf, turning=0, bending=bent, fifth=0.0,
     )  # fmt: skip
 
 
