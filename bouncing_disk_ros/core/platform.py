@@ -8,6 +8,8 @@ with the C² blend b = 10σ³ − 15σ⁴ + 6σ⁵; there is one forcing phase �
 from __future__ import annotations
 
 import math
+from collections import namedtuple
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -314,68 +316,35 @@ that before it (Markov's inequality for degree 3)."""
 ROOM = 1.0 + 1e-12  # bounds are rounded up by more than the rounding of their own sums
 
 
-class SteadyMotion(NamedTuple):
-    """A steady motion with the fields of layout.PLATFORM_DTYPE that kernels read.
+_tuple_of: Callable[..., Any] = namedtuple  # mypy knows those of literal names alone
+SteadyMotion = _tuple_of(
+    "SteadyMotion",
+    [name for name in PLATFORM_DTYPE.names or () if name not in ("end_ns", "cycles", "tau")],
+)
+"""A steady motion with the fields of layout.PLATFORM_DTYPE that kernels read.
 
-    Given in place of a record: without an offset numba leaves out what a steady motion does not
-    need.
-    """
-
-    kind: int
-    begin_ns: int
-    duration: float
-    a: float
-    da: float
-    p: float
-    dp: float
-    f: float
-    df: float
-    lag: float
-    dlag: float
-    lag_sine: float
-    lag_cosine: float
-    omega: float
-    omega_max: float
-    top: float
-    s2: float
-    s3: float
-    s4: float
-    b2: float
-    b3: float
-    b4: float
-    offset: int
-    axial: Table
-    angular: None
-    axial_duration: float
-    angular_duration: float
-    span: float
-    origin_ns: int
-    axial_lead: float
-    angular_lead: float
-    fade_lead: float
-    fade_end: float
-    turning: int
-    bending: int
-    fifth: float
+Given in place of a record: without an offset numba leaves out what a steady motion does not need.
+"""
 
 
 @kernel
 def steady_motion(
     a: float, p: float, f: float, w: float, lag: float, lag_sine: float, lag_cosine: float
-) -> SteadyMotion:
+) -> Record:
     """s = a sin ωt, β = p sin(ωt + lag) with ω = w = 2πf, and the bounds that certify roots."""
     s2, b2 = a * w * w * ROOM, p * w * w * ROOM
     return SteadyMotion(
-        STEADY, 0, math.inf, a, 0.0, p, 0.0, f, 0.0, lag, 0.0, lag_sine, lag_cosine, w, w,
-        a * ROOM, s2, s2 * w, s2 * w * w, b2, b2 * w, b2 * w * w,
-        0, None, None, 1.0, 1.0, math.inf, 0, 0.0, 0.0, 0.0, math.inf, 0, 0, 0.0,
+        kind=STEADY, begin_ns=0, duration=math.inf, a=a, da=0.0, p=p, dp=0.0, f=f, df=0.0,
+        lag=lag, dlag=0.0, lag_sine=lag_sine, lag_cosine=lag_cosine, omega=w, omega_max=w,
+        top=a * ROOM, s2=s2, s3=s2 * w, s4=s2 * w * w, b2=b2, b3=b2 * w, b4=b2 * w * w,
+        offset=0, axial=None, angular=None, axial_duration=1.0, angular_duration=1.0,
+        span=math.inf, origin_ns=0, axial_lead=0.0, angular_lead=0.0, fade_lead=0.0,
+        fade_end=math.inf, turning=0, bending=0, fifth=0.0,
     )  # fmt: skip
 
 
 @rare_kernel
-def moved_motion(
-    motion: SteadyMotion, moves: bool, table: Table, span: float, since: float
-) -> SteadyMotion:
+def moved_motion(motion: Record, moves: bool, table: Table, span: float, since: float) -> Record:
     """A steady motion up and down that an axial offset moves besides, `since` s after its begin.
 
     `table` of a segment that lasts `span` s (`offset_at`); not `moves`: it adds nothing.
@@ -389,9 +358,12 @@ def moved_motion(
     s2, s3, s4 = m.s2 + s2 * ROOM, m.s3 + s3 * ROOM, m.s4 + s4 * ROOM
     bent = int(moves)
     return SteadyMotion(
-        kind, 0, math.inf, m.a, 0.0, 0.0, 0.0, m.f, 0.0, 0.0, 0.0, 0.0, 1.0, m.omega, fastest,
-        top, s2, s3, s4, 0.0, 0.0, 0.0,
-        bent, table, None, duration, 1.0, math.inf, 0, since, 0.0, 0.0, math.inf, 0, bent, 0.0,
+        kind=kind, begin_ns=0, duration=math.inf, a=m.a, da=0.0, p=0.0, dp=0.0, f=m.f, df=0.0,
+        lag=0.0, dlag=0.0, lag_sine=0.0, lag_cosine=1.0, omega=m.omega, omega_max=fastest,
+        top=top, s2=s2, s3=s3, s4=s4, b2=0.0, b3=0.0, b4=0.0,
+        offset=bent, axial=table, angular=None, axial_duration=duration, angular_duration=1.0,
+        span=math.inf, origin_ns=0, axial_lead=since, angular_lead=0.0, fade_lead=0.0,
+        fade_end=math.inf, turning=0, bending=bent, fifth=0.0,
     )  # fmt: skip
 
 

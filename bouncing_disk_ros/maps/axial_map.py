@@ -19,7 +19,7 @@ from bouncing_disk_ros.core.chatter import BOUNCES, chatter_end
 from bouncing_disk_ros.core.contact import load, load_returns
 from bouncing_disk_ros.core.flight import Launch, first_impact, never_leaves, separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after
-from bouncing_disk_ros.core.platform import Jet, Record, SteadyMotion, axial_jet, steady_motion
+from bouncing_disk_ros.core.platform import Jet, Record, axial_jet, steady_motion
 from bouncing_disk_ros.core.restitution import rebound
 
 MAP_IMPACT, MAP_CONTACT, MAP_REST = 0, 1, 2
@@ -47,7 +47,7 @@ class MapDisk(NamedTuple):
 
 
 @kernel
-def axial_motion(forcing: float) -> SteadyMotion:
+def axial_motion(forcing: float) -> Record:
     """A platform that moves up and down only: s = Γ sin τ, ω = 1."""
     return steady_motion(forcing, 0.0, 1.0 / (2.0 * math.pi), 1.0, 0.0, 0.0, 1.0)
 

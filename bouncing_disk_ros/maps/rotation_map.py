@@ -31,7 +31,6 @@ from bouncing_disk_ros.core.layout import SEPARATION, SLIP, SLIP_ENDS, Slide
 from bouncing_disk_ros.core.next_event import after_sliding, after_sticking
 from bouncing_disk_ros.core.platform import (
     Record,
-    SteadyMotion,
     angular_jet,
     axial_jet,
     steady_motion,
@@ -71,7 +70,7 @@ class ContactState(NamedTuple):
 
 
 @kernel
-def map_motion(forcing: float, phase_lag: float) -> SteadyMotion:
+def map_motion(forcing: float, phase_lag: float) -> Record:
     """The platform s = Γ sin τ, β = sin(τ + θ), ω = 1."""
     sine, cosine = sincos(phase_lag)
     return steady_motion(forcing, 1.0, 1.0 / (2.0 * math.pi), 1.0, phase_lag, sine, cosine)
