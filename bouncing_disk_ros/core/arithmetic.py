@@ -297,3 +297,10 @@ def wrapped(x: float) -> float:
     if x >= TWO_PI or x < 0.0:
         return 0.0
     return x
+
+
+@rare_kernel
+def shortest_angle(t: float, phase: float) -> float:
+    """Shortest angular distance of an angle t from a phase, in [−π, π]."""
+    off = t - phase
+    return off - TWO_PI * math.floor(off / TWO_PI + 0.5)

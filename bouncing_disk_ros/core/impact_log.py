@@ -10,13 +10,13 @@ from numba import from_dtype
 from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel
 from bouncing_disk_ros.core.forcing_clock import elapsed
 from bouncing_disk_ros.core.layout import STEADY
-from bouncing_disk_ros.core.model import IMPACT_DTYPE, LARGEST_FLOAT32
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, LARGEST_FLOAT32, ImpactKind
 from bouncing_disk_ros.core.platform import Record, axial_jet, blend_jet
 
 Rows = Any  # array of IMPACT_DTYPE
 ROWS = from_dtype(IMPACT_DTYPE)[::1]
 
-ONE_IMPACT, CHATTER_TAIL, CHATTER_CUT = 0, 1, 2  # model.ImpactKind
+ONE_IMPACT, CHATTER_TAIL, CHATTER_CUT = (int(kind) for kind in ImpactKind)  # for kernels
 
 
 @kernel

@@ -19,7 +19,7 @@ from bouncing_disk_ros.core.model import ImpactKind, join_rows
 from bouncing_disk_ros.core.offset import QUINTIC, Knot, OffsetState
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.juggling.juggler import Controller, HeardImpact, OffsetTrajectory
-from bouncing_disk_ros.juggling.kernels.verdicts import draw
+from bouncing_disk_ros.juggling.kernels.loop_kernel import draw
 from bouncing_disk_ros.juggling.loop_settings import Array, Sensor, period_one_points
 from bouncing_disk_ros.juggling.loop_verdict import Verdict, verdict_of
 from bouncing_disk_ros.juggling.target_orbit import mean_rotor_speed

@@ -13,7 +13,7 @@ import pytest
 
 from bouncing_disk_ros import run_study
 from bouncing_disk_ros.juggling.kernels import loop_kernel as loop
-from bouncing_disk_ros.juggling.kernels.verdicts import draw
+from bouncing_disk_ros.juggling.kernels.loop_kernel import draw
 from bouncing_disk_ros.juggling.loop_settings import (
     HEARS_TIMES_ONLY,
     Limits,

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 
-from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel, sincos, wrapped
+from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel, shortest_angle, sincos, wrapped
 from bouncing_disk_ros.core.chatter import BOUNCES, chatter_end
 from bouncing_disk_ros.core.contact import load, load_returns, separation
 from bouncing_disk_ros.core.flight import Launch, gap_after
-from bouncing_disk_ros.core.platform import Jet, SteadyMotion, axial_jet, moved_motion
+from bouncing_disk_ros.core.platform import Jet, Record, axial_jet, moved_motion
 from bouncing_disk_ros.core.restitution import rebound
 from bouncing_disk_ros.juggling.kernels.offset_plan import (
     BEGIN,
@@ -24,7 +24,6 @@ from bouncing_disk_ros.juggling.kernels.offset_plan import (
     piece_at,
     table_of,
 )
-from bouncing_disk_ros.juggling.kernels.verdicts import apart
 from bouncing_disk_ros.maps.axial_map import GRAVITY, MapDisk, axial_motion, landing
 
 KIND, SINCE, POSITION, VELOCITY = 0, 1, 2, 3
@@ -42,7 +41,7 @@ def sine_cosine(t: float) -> tuple[float, float]:
 
 
 @rare_kernel
-def platform_at(forcing: float, plan: Array, t: float) -> tuple[SteadyMotion, float]:
+def platform_at(forcing: float, plan: Array, t: float) -> tuple[Record, float]:
     """The motion in force at an instant, at which its `elapsed` is 0, and until when it lasts."""
     i = piece_at(plan, t)
     row = plan[i]
@@ -91,7 +90,7 @@ def _put_on_platform(forcing: float, plan: Array, state: Array, kind: float, t: 
 
 @kernel
 def _next_delay(
-    motion: SteadyMotion, disk: MapDisk, launch: Launch, jet: Jet, tau: float, flies: bool,
+    motion: Record, disk: MapDisk, launch: Launch, jet: Jet, tau: float, flies: bool,
     horizon: float,
 ) -> tuple[float, float]:  # fmt: skip
     """Delay of the impact of a disk that flies, and its w_A, or of the launch of one that rests."""
@@ -128,7 +127,8 @@ def next_event(
         jet = axial_jet(motion, sine, cosine, 0.0)
         launch = Launch(0.0, sine, cosine, GRAVITY, gap, u)
         horizon = min(ends, until) - t
-        d, w = _next_delay(motion, disk, launch, jet, wrapped(apart(t, 0.0)), flies, horizon)
+        tau = wrapped(shortest_angle(t, 0.0))
+        d, w = _next_delay(motion, disk, launch, jet, tau, flies, horizon)
         if d <= horizon and flies:
             return _collide(forcing, disk, plan, state, t + d, w)
         if d <= horizon:

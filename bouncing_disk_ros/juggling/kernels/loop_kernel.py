@@ -56,7 +56,6 @@ from bouncing_disk_ros.juggling.kernels.verdicts import (
     REACHED,
     TALLY,
     VERDICT,
-    draw,
     note_impact,
 )
 
@@ -82,8 +81,22 @@ _IMPULSE_DRAW = 1 << 40  # number of the draw that an impulse's instant comes fr
 _BUDGET = 100_000  # impacts of one run
 
 
+@entry(types.float64(types.int64, types.int64, types.int64))
+def draw(seed: int, start: int, count: int) -> float:
+    """A number in [0, 1) that these three decide: splitmix64."""
+    z = np.uint64(seed) * np.uint64(0x9E3779B97F4A7C15) + np.uint64(start) * np.uint64(
+        0xD1342543DE82EF95
+    )
+    z += np.uint64(count + 1) * np.uint64(0x2545F4914F6CDD1D)
+    for _ in range(2):
+        z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        z = z ^ (z >> np.uint64(31))
+    return float(z >> np.uint64(11)) * 2.0**-53
+
+
 @rare_kernel
-def run_loop(
+def _run_start(
     settings: Array, orbit: Array, plant: Array, start: Array, tolerance: float, streak: int,
     seed: int, number: int, result: Array, trace: Array,
 ) -> None:  # fmt: skip
@@ -233,7 +246,7 @@ def run_loops(
     long, but not at the end. `trace`: rows (instant, velocity after) of the first start's impacts.
     """
     for i in range(len(starts)):
-        run_loop(
+        _run_start(
             settings, orbit, plant, starts[i], tolerance, streak, seed, first + i, results[i],
             trace if i == 0 else trace[:0],
         )  # fmt: skip

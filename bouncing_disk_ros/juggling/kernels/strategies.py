@@ -11,7 +11,14 @@ import math
 import numpy as np
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, arccosine, entry, kernel, rare_kernel
+from bouncing_disk_ros.core.arithmetic import (
+    TWO_PI,
+    arccosine,
+    entry,
+    kernel,
+    rare_kernel,
+    shortest_angle,
+)
 from bouncing_disk_ros.juggling.kernels.flights import (
     FLIES,
     IMPACT,
@@ -50,7 +57,6 @@ from bouncing_disk_ros.juggling.kernels.toss_planner import (
     return_to_nothing,
     write_impact,
 )
-from bouncing_disk_ros.juggling.kernels.verdicts import apart
 from bouncing_disk_ros.maps.axial_map import GRAVITY
 from bouncing_disk_ros.maps.period_one import existence_limit
 
@@ -180,7 +186,7 @@ def on_course(settings: Array, targets: Array, memory: Array, plan: Array, now: 
     tolerance = _ROUGHLY if slow else _SAME
     if is_still(offset_state(plan, now)) and is_still(offset_state(plan, now + 1.5 * TWO_PI)):
         for target in targets:
-            off = apart(state[SINCE], target[0])
+            off = shortest_angle(state[SINCE], target[0])
             if abs(off) < _SAME and abs(state[VELOCITY] - target[1]) < _SAME:
                 return memory[AIM + T_2] <= state[SINCE] + _SAME
     arrives = memory[AIM + T_2]
@@ -220,7 +226,7 @@ def plan_small(settings: Array, targets: Array, memory: Array, plan: Array, now:
     belief, e = memory[BELIEF : BELIEF + 4], memory[EPSILON]
     target, trial = targets[0], np.empty_like(plan)
     n = keep_past(plan, now, trial)
-    off = apart(belief[SINCE], target[0])
+    off = shortest_angle(belief[SINCE], target[0])
     fast = belief[VELOCITY] - target[1]
     if belief[KIND] != FLIES or max(abs(off) / _NEAR_PHASE, abs(fast) / _NEAR_SPEED) > 1.0:
         return go_back(settings, trial, n, plan, now)
