@@ -168,6 +168,17 @@ def reader_is_gone() -> bool:
 _FIRST_RESERVATION = 32768
 
 
+NICENESS = 10
+"""Of threads that compute: with another program at work, 1 kHz ticks in the same process were late
+by 2.6 ms at p99 so, and by 3.9 ms without."""
+
+
+def give_way() -> None:
+    """Let the calling thread come after others, so that a simulator beside it keeps its ticks."""
+    if sys.platform == "linux":  # elsewhere it would be the whole process
+        os.nice(NICENESS)
+
+
 def _bound(kind: socket.SocketKind, port: int) -> socket.socket | None:
     """A socket on a port of this machine; None: the port is taken."""
     found = socket.socket(socket.AF_INET, kind)

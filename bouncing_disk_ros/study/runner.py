@@ -21,6 +21,7 @@ from typing import Any, NamedTuple, Protocol
 import xarray as xr
 from tqdm import tqdm
 
+from bouncing_disk_ros.command_line.environment import give_way
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.folders import PACKAGE
 from bouncing_disk_ros.study.computation import Arrays, Region, Study
@@ -39,9 +40,6 @@ POLL_SECONDS = 0.2
 
 Work = Callable[[Region], Arrays | None]
 """Computes a region; gives the arrays back if it has not stored them."""
-NICENESS = 10
-"""Of threads that compute regions: with another program at work, 1 kHz ticks in the same process
-were late by 2.6 ms at p99 so, and by 3.9 ms without."""
 
 COORDINATES = ("attractor_name", "attractor_kind", "attractor_period", "attractor_cycles")
 
@@ -303,7 +301,7 @@ class Pipeline:
 def _executor(workers: int, scheduler: str) -> Iterator[tuple[Executor, int]]:
     """Where the regions are computed, and how many at a time."""
     if not scheduler:
-        with ThreadPoolExecutor(PREFETCH * workers, initializer=_give_way) as pool:
+        with ThreadPoolExecutor(PREFETCH * workers, initializer=give_way) as pool:
             yield pool, workers
         return
     try:
@@ -327,12 +325,6 @@ def _executor(workers: int, scheduler: str) -> Iterator[tuple[Executor, int]]:
                 yield pool, count
             except (CancelledError, KilledWorker) as error:
                 raise ConnectionError(f"the Dask cluster lost the work: {error}") from error
-
-
-def _give_way() -> None:
-    """Let a thread come after others, so that a simulator beside it keeps its ticks."""
-    if sys.platform == "linux":  # elsewhere it would be the whole process
-        os.nice(NICENESS)
 
 
 # --- the studies as functions: parameters in, dataset out -----------------------------------------

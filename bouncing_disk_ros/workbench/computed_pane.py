@@ -6,17 +6,13 @@ Before its class `ComputedPane` the thread that computes, of whose requests the 
 from __future__ import annotations
 
 import math
-import os
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from typing import Any
 
+from bouncing_disk_ros.command_line.environment import give_way
 from bouncing_disk_ros.errors import InputError
-
-NICENESS = 10
-"""Below a simulator on the same machine, whose ticks are to be on time."""
 
 IsObsolete = Callable[[], bool]
 Work = Callable[[IsObsolete], None]
@@ -49,8 +45,7 @@ class LatestWork:
             thread.join()
 
     def _run(self) -> None:
-        with suppress(OSError, AttributeError):  # where threads have no niceness
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
+        give_way()
         while (taken := self._take()) is not None:
             work, number = taken
             try:

@@ -13,6 +13,7 @@ import psutil
 import pytest
 import xarray as xr
 
+from bouncing_disk_ros.command_line.environment import NICENESS
 from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.study import (
@@ -30,7 +31,7 @@ from bouncing_disk_ros.study import (
 from bouncing_disk_ros.study.command import run_command
 from bouncing_disk_ros.study.definition import definition_of
 from bouncing_disk_ros.study.lock import exclusive_lock, token_of
-from bouncing_disk_ros.study.runner import NICENESS, PREFETCH, Pipeline, compute_region
+from bouncing_disk_ros.study.runner import PREFETCH, Pipeline, compute_region
 from bouncing_disk_ros.study.store import Store
 from support.studies import VALUES, Products, Sums
 
