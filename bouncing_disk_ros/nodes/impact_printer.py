@@ -11,13 +11,13 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 
-from bouncing_disk_ros.bag.loss import Gaps
 from bouncing_disk_ros.command_line.environment import reader_is_gone
 from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.report import impact_text
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
+from bouncing_disk_ros.ros.loss import Gaps
 from bouncing_disk_ros.ros.node_tool import options, wait_for
 from bouncing_disk_ros.ros.qos import subscription_to
 from bouncing_disk_ros.run.throttled_log import RefusalLog

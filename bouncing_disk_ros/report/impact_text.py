@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.bag.loss import Gaps
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind
+from bouncing_disk_ros.ros.loss import Gaps
 
 _COLUMNS = (
     # title, unit, width, format of the value

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import Bag, BagError
 from bouncing_disk_ros.bag import open as open_bag
-from bouncing_disk_ros.bag.loss import UNKNOWN, UNNUMBERED, Gaps
 from bouncing_disk_ros.bag.reader import Message
 from bouncing_disk_ros.core.model import join_rows
 from bouncing_disk_ros.errors import InputError, closest, counted
@@ -33,6 +32,7 @@ from bouncing_disk_ros.report.run_record import (
     TopicCount,
 )
 from bouncing_disk_ros.report.run_record_builder import Count, Parsed, RunRecordBuilder
+from bouncing_disk_ros.ros.loss import UNKNOWN, UNNUMBERED, Gaps
 from bouncing_disk_ros.topics import TOPICS
 from bouncing_disk_ros.units import NS
 

@@ -12,7 +12,6 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from bouncing_disk_ros import limits
-from bouncing_disk_ros.bag.loss import Gaps
 from bouncing_disk_ros.core.model import Disk, Energy, MotionInForce
 from bouncing_disk_ros.errors import shown
 from bouncing_disk_ros.report.record_validation import (
@@ -31,6 +30,7 @@ from bouncing_disk_ros.ros.from_messages import (
     msg_to_speed,
     time_to_ns,
 )
+from bouncing_disk_ros.ros.loss import Gaps
 from bouncing_disk_ros.run.input_records import Record, from_json
 from bouncing_disk_ros.run.recorded_motions import RecordedMotions
 from bouncing_disk_ros.run.recorded_trajectories import RecordedTrajectories

@@ -15,7 +15,7 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
-from bouncing_disk_ros.bag.loss import Gids, MessageLoss
+from bouncing_disk_ros.ros.loss import Gids, MessageLoss
 from bouncing_disk_ros.ros.qos import subscription_to
 from bouncing_disk_ros.topics import Qos, Topic
 

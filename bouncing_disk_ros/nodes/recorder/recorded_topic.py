@@ -21,10 +21,10 @@ from rclpy.subscription import Subscription
 from sensor_msgs.msg import PointCloud2
 
 from bouncing_disk_ros.bag import OfferedQos
-from bouncing_disk_ros.bag.loss import UNKNOWN, Gaps, Gids, MessageLoss
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
+from bouncing_disk_ros.ros.loss import UNKNOWN, Gaps, Gids, MessageLoss
 from bouncing_disk_ros.ros.qos import message_class, profile_of
 from bouncing_disk_ros.run.input_records import from_json
 from bouncing_disk_ros.topics import Qos

@@ -8,9 +8,9 @@ import io
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.bag.loss import Gaps
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind
 from bouncing_disk_ros.report import impact_text
+from bouncing_disk_ros.ros.loss import Gaps
 
 
 def some_rows(indices: list[int]) -> NDArray[np.void]:

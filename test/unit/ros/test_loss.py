@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bouncing_disk_ros.bag.loss import Gaps, MessageLoss
+from bouncing_disk_ros.ros.loss import Gaps, MessageLoss
 
 A, B = frozenset([b"a"]), frozenset([b"b"])
 
