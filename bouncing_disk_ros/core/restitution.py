@@ -1,4 +1,4 @@
-"""Restitution: u = −ε w along the axis, with its impulse and loss; friction in an impact (rule 7).
+"""Restitution: u = −ε w along the axis, its impulse and loss; friction in an impact (rule 7).
 
 What one impact does is said here once: for numbers and arrays (`rebounded`), for kernels
 (`rebound`, `axial_push`, `lost_part`) and for lanes (`lanes.lane_table.rebound`, compiled from

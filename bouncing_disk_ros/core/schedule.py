@@ -1,4 +1,4 @@
-"""Inputs that have not acted yet: cross-fades and impulses, with their instants."""
+"""Inputs that have not acted yet: cross-fades and impulses with their instants, counts of all."""
 
 from __future__ import annotations
 
@@ -64,3 +64,28 @@ def plan_fades(
 def add_impulse(impulses: list[Impulse], impulse: Impulse) -> None:
     """Queue an impulse behind those of the same instant."""
     insort(impulses, impulse, key=lambda queued: queued.at_ns)
+
+
+class Pending(NamedTuple):
+    """Accepted inputs that have not acted."""
+
+    motions: int = 0  # cross-fades that have not begun
+    impulses: int = 0
+    waiting: int = 0  # inputs whose instant is not resolved yet
+    next_ns: int | None = None  # when the first of them acts that waits for its stamp
+    trajectories: int = 0  # instants at which offset trajectories take over
+
+    def __str__(self) -> str:
+        parts = (
+            (self.motions, "motion(s)"), (self.trajectories, "offset(s)"),
+            (self.impulses, "impulse(s)"), (self.waiting, "waiting"),
+        )  # fmt: skip
+        if not any(count for count, _ in parts):
+            return "none"
+        text = ", ".join(f"{count} {what}" for count, what in parts if count)
+        if self.next_ns is None:
+            return text
+        return f"{text}, the first at {self.next_ns / 10**9:.9f} s"
+
+
+NOTHING_PENDING = Pending()

@@ -22,9 +22,9 @@ from bouncing_disk_ros.core.model import (
     SimulationError,
 )
 from bouncing_disk_ros.core.offset import Offset
+from bouncing_disk_ros.core.schedule import Pending
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.run.health import Pending
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.time_map import nanoseconds
 from bouncing_disk_ros.run.trajectory_validation import Splice, as_record

@@ -11,8 +11,9 @@ from typing import Any
 import pytest
 
 from bouncing_disk_ros.core.model import Energy
+from bouncing_disk_ros.core.schedule import Pending
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.run.health import STATES, Health, Level, Pending, Reading, Ticks, run_values
+from bouncing_disk_ros.run.health import STATES, Health, Level, Reading, Ticks, run_values
 from bouncing_disk_ros.units import NS
 
 BOOKS = Energy._make([0.0] * 11 + [1e-15, 1.0])

@@ -8,8 +8,8 @@ import pytest
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Float64
 
+from bouncing_disk_ros.core.schedule import Pending
 from bouncing_disk_ros.limits import INPUTS_AHEAD
-from bouncing_disk_ros.run.health import Pending
 from bouncing_disk_ros.run.trajectory_validation import TrajectoryPoint, TrajectoryRequest
 from bouncing_disk_ros.topics import OFFSET_JOINTS
 from bouncing_disk_ros.units import NS
