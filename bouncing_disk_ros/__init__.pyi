@@ -66,7 +66,7 @@ from .run.programmes import load_programme as load_programme
 from .run.programmes import programme_names as programme_names
 from .run.simulate import Result as Result
 from .run.simulate import simulate as simulate
-from .study.definition import figures as figures
+from .study.by_name import figures as figures
 from .study.runner import StudyFunction
 from .study.runner import run_study as run_study
 from .study.store import open_result as open_result

@@ -129,7 +129,7 @@ def _study_parts() -> list[str]:
         "Results do not depend on these parameters, except that a bag or a preset provides values "
         f"of the parameters above. Only {', '.join(bags)} and {last} take them."
     )
-    common = loaded("bouncing_disk_ros.study.definition:COMMON")
+    common = loaded("bouncing_disk_ros.study.shared_options:COMMON")
     return [*parts, "## All studies", note, _HEAD + "\n".join(map(_row, common.values()))]
 
 

@@ -19,7 +19,7 @@ from bouncing_disk_ros.command_line.stop import Answer, Stop
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import run
-from bouncing_disk_ros.study.definition import definition_of
+from bouncing_disk_ros.study.by_name import definition_of
 from geometry_figure import geometry_figure  # beside this file
 from paper_figures import FIGURES, PaperFigure, page
 

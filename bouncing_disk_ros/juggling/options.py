@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import AXIAL_FORCING, Spec, Value
 from bouncing_disk_ros.study.command import main_of
-from bouncing_disk_ros.study.definition import RESTITUTION, Idle, StudyDefinition
+from bouncing_disk_ros.study.definition import Idle, StudyDefinition
+from bouncing_disk_ros.study.shared_options import RESTITUTION
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -27,14 +27,8 @@ from bouncing_disk_ros.motor_study.motor_points import (
     measure,
 )
 from bouncing_disk_ros.parameters import TABLE, Value
-from bouncing_disk_ros.study.computation import (
-    IMPACTS_IN_REPETITION,
-    Arrays,
-    Axis,
-    Field,
-    PlaneStudy,
-    Region,
-)
+from bouncing_disk_ros.study.computation import IMPACTS_IN_REPETITION, Arrays, Axis, Field, Region
+from bouncing_disk_ros.study.plane_study import PlaneStudy
 
 Floats = NDArray[np.float64]
 

@@ -86,7 +86,7 @@ def _pictures(study: Motor, result: xr.Dataset) -> Mapping[str, Figure]:
 
 def lines(result: xr.Dataset) -> list[str]:
     """Shares of the kinds of motion; the largest speed, power and efficiency, and where."""
-    from bouncing_disk_ros.study.computation import kind_shares, largest
+    from bouncing_disk_ros.study.printed_lines import kind_shares, largest
 
     rows = kind_shares(result)
     rows += largest(result, "mean_speed", "mean speed", " rad/s", ".6g")

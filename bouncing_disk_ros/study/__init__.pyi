@@ -1,11 +1,11 @@
 """Public names of `study`, for type checkers and for `PublicNames`."""
 
+from .by_name import named as named
 from .computation import Arrays as Arrays
 from .computation import Axis as Axis
 from .computation import Field as Field
 from .computation import Region as Region
 from .computation import Study as Study
-from .definition import named as named
 from .exports import export as export
 from .exports import export_tables as export_tables
 from .runner import Progress as Progress

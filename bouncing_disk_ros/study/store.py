@@ -34,8 +34,8 @@ from bouncing_disk_ros.executables import STUDIES
 from bouncing_disk_ros.folders import PACKAGE
 from bouncing_disk_ros.limits import RESULT_ARRAYS, RESULT_CHUNK, RESULT_CHUNKS, RESULT_METADATA
 from bouncing_disk_ros.regular_file import read_bytes
+from bouncing_disk_ros.study.by_name import definition_of
 from bouncing_disk_ros.study.computation import Arrays, Field, Region, Study, regions_of
-from bouncing_disk_ros.study.definition import definition_of
 
 FORMAT = 3
 WITHOUT_CHECKSUMS = 2

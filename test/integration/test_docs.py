@@ -25,7 +25,7 @@ from bouncing_disk_ros.nodes.demo import demo
 from bouncing_disk_ros.nodes.recorder import recorder_options as recorder_options
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import load_programme, parse_programme
-from bouncing_disk_ros.study.definition import definition_of
+from bouncing_disk_ros.study.by_name import definition_of
 from bouncing_disk_ros.topics import SERVICES, TOPICS
 from bouncing_disk_ros.workbench import workbench
 from support.processes import environment

@@ -20,8 +20,8 @@ from std_msgs.msg import Float32
 from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import named, open_result, run
+from bouncing_disk_ros.study.by_name import definition_of
 from bouncing_disk_ros.study.command import run_command
-from bouncing_disk_ros.study.definition import definition_of
 from bouncing_disk_ros.study.outlets import image_message
 from support.processes import Process, Starter
 from support.ros import wait_for_message

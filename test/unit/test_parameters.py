@@ -15,7 +15,7 @@ from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.executables import STUDIES
 from bouncing_disk_ros.parameters import DEFAULTS, GROUPS, TABLE, Spec, Value
-from bouncing_disk_ros.study.definition import definition_of
+from bouncing_disk_ros.study.by_name import definition_of
 
 DEFINITIONS = [definition_of(name) for name in STUDIES]
 

@@ -35,7 +35,7 @@ from bouncing_disk_ros import (
 )
 from bouncing_disk_ros.parameters import TABLE, listed_text, plain
 from bouncing_disk_ros.study import named
-from bouncing_disk_ros.study.definition import definition_of
+from bouncing_disk_ros.study.by_name import definition_of
 from bouncing_disk_ros.study.store import DONE
 from support.coverage import in_soak
 from support.impact_sounds import drop_times, sound_of

@@ -18,8 +18,8 @@ from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.resilience_studies.curve_family import curve_family
 from bouncing_disk_ros.resilience_studies.orbit_curves import Curve, SpecialKind, Window
 from bouncing_disk_ros.resilience_studies.orbit_equations import CurveKind
+from bouncing_disk_ros.study.by_name import named
 from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
-from bouncing_disk_ros.study.definition import named
 
 KINDS, SPECIAL_KINDS = list(CurveKind), list(SpecialKind)
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from bouncing_disk_ros.parameters import TABLE, Spec
 from bouncing_disk_ros.resilience_studies import NO_ROTATION
 from bouncing_disk_ros.study.command import main_of
-from bouncing_disk_ros.study.definition import StudyDefinition, map_options
+from bouncing_disk_ros.study.definition import StudyDefinition
+from bouncing_disk_ros.study.shared_options import map_options
 
 if TYPE_CHECKING:
     import numpy as np
@@ -76,7 +77,7 @@ def lines(result: xr.Dataset) -> list[str]:
     import numpy as np
 
     from bouncing_disk_ros.resilience_studies.resilience.picture import impulse_unit, time_unit
-    from bouncing_disk_ros.study.computation import at_value
+    from bouncing_disk_ros.study.printed_lines import at_value
 
     largest = f"up to {float(result.attrs['parameter_largest_impulse']):g} m πg/ω"
     units = {
@@ -116,7 +117,7 @@ def _hardest_to_lose(
     """
     import numpy as np
 
-    from bouncing_disk_ros.study.computation import at_value
+    from bouncing_disk_ros.study.printed_lines import at_value
 
     safe = np.isposinf(least)
     if safe.any():
@@ -142,7 +143,7 @@ def _spans(x: xr.DataArray, chosen: np.ndarray) -> str:
     """The chosen values, neighbours as a range: Γ = 0.32 to 0.332, 0.56."""
     import numpy as np
 
-    from bouncing_disk_ros.study.computation import at_value
+    from bouncing_disk_ros.study.printed_lines import at_value
 
     places = np.flatnonzero(chosen)
     runs = [x.values[run] for run in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)]

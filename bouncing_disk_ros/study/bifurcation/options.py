@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.study.command import main_of
-from bouncing_disk_ros.study.definition import Idle, StudyDefinition, map_options
+from bouncing_disk_ros.study.definition import Idle, StudyDefinition
+from bouncing_disk_ros.study.shared_options import map_options
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -80,7 +81,7 @@ def _pictures(study: Bifurcation, result: xr.Dataset) -> Mapping[str, Figure]:
 
 def lines(result: xr.Dataset) -> list[str]:
     """Doublings with their ratios, the largest mean speed, where the exponent is above 0."""
-    from bouncing_disk_ros.study.computation import at_value
+    from bouncing_disk_ros.study.printed_lines import at_value
 
     rows = []
     axis = result["value"]
@@ -127,7 +128,7 @@ def _onset_lines(result: xr.Dataset) -> list[str]:
     """Where what was followed came to contact for the first time."""
     if "contact_onset" not in result:
         return []
-    from bouncing_disk_ros.study.computation import at_value
+    from bouncing_disk_ros.study.printed_lines import at_value
 
     onset, without = (float(result[f"contact_onset{end}"]) for end in ("", "_without"))
     chaotic = float(result["contact_onset_exponent"]) > 0.0

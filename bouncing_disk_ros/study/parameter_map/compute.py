@@ -26,9 +26,9 @@ from bouncing_disk_ros.study.computation import (
     Arrays,
     Axis,
     Field,
-    PlaneStudy,
     Region,
 )
+from bouncing_disk_ros.study.plane_study import PlaneStudy
 
 IMPACTS_OF_A_REGION, SIDES = 20_000_000, (16, 128)
 """About so many impacts, with least and largest side (points)."""

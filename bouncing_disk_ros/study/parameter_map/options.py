@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.study.command import main_of
-from bouncing_disk_ros.study.definition import StudyDefinition, map_options
+from bouncing_disk_ros.study.definition import StudyDefinition
+from bouncing_disk_ros.study.shared_options import map_options
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,7 +67,7 @@ def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
 
 def lines(result: xr.Dataset) -> list[str]:
     """Shares of the kinds, the periods that occur, the largest speed and exponent."""
-    from bouncing_disk_ros.study.computation import kind_shares, largest
+    from bouncing_disk_ros.study.printed_lines import kind_shares, largest
 
     kind, period = result["kind"], result["period"]
     rows = kind_shares(result)

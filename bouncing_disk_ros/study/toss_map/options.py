@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.study.command import main_of
-from bouncing_disk_ros.study.definition import TOSS_OPTIONS, StudyDefinition
+from bouncing_disk_ros.study.definition import StudyDefinition
+from bouncing_disk_ros.study.shared_options import TOSS_OPTIONS
 
 if TYPE_CHECKING:
     import xarray as xr

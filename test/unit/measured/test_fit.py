@@ -27,7 +27,7 @@ from bouncing_disk_ros.measured.reading import recording_of
 from bouncing_disk_ros.measured.sequence import Chain
 from bouncing_disk_ros.measured.starts import first_values
 from bouncing_disk_ros.measured.told import periods_of, told_by
-from bouncing_disk_ros.study.definition import definition_of
+from bouncing_disk_ros.study.by_name import definition_of
 from bouncing_disk_ros.study.from_run import of_preset, wanted
 from support.live import LiveSimulators
 from support.measured_impacts import GRAVITY, at_rest, vibrating, with_law

@@ -10,7 +10,8 @@ import yaml
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.executables import STUDIES
 from bouncing_disk_ros.study import named
-from bouncing_disk_ros.study.definition import COMMON, definition_of
+from bouncing_disk_ros.study.by_name import definition_of
+from bouncing_disk_ros.study.shared_options import COMMON
 
 ROOT = Path(__file__).resolve().parents[3]
 

@@ -28,8 +28,8 @@ from bouncing_disk_ros.study import (
     run,
     runner,
 )
+from bouncing_disk_ros.study.by_name import definition_of
 from bouncing_disk_ros.study.command import run_command
-from bouncing_disk_ros.study.definition import definition_of
 from bouncing_disk_ros.study.lock import exclusive_lock, token_of
 from bouncing_disk_ros.study.runner import PREFETCH, Pipeline, compute_region
 from bouncing_disk_ros.study.store import Store

@@ -16,8 +16,8 @@ from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import open_result
 from bouncing_disk_ros.study.bifurcation.options import DEFINITION
+from bouncing_disk_ros.study.by_name import definition_of
 from bouncing_disk_ros.study.command import run_command
-from bouncing_disk_ros.study.definition import definition_of
 from bouncing_disk_ros.study.from_run import RECORDED, numbers, read_bag, wanted
 from support.recorded import NS, RecordedRun, period_one_bag
 
