@@ -10,6 +10,7 @@ Everything read is checked by its checksum; damage raises `BagError`.
 
 from __future__ import annotations
 
+import contextlib
 import heapq
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -404,3 +405,20 @@ def _field(rows: NDArray[np.void], name: str) -> NDArray[Any]:
     if name not in names:
         raise InputError("field", name, ", ".join(names), closest(name, names))
     return rows[name]
+
+
+@contextlib.contextmanager
+def walking(name: str) -> Iterator[Callable[[int, int], None]]:
+    """A watch for `bag.open`: on a terminal, a bar while files are walked through."""
+    from tqdm import tqdm
+
+    bar = tqdm(desc=name, unit="B", unit_scale=True, leave=False, disable=None, delay=0.5)
+
+    def watch(passed: int, size: int) -> None:
+        bar.total = size
+        bar.update(passed - bar.n)
+
+    try:
+        yield watch
+    finally:
+        bar.close()

@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import struct
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -353,20 +353,3 @@ class Walk:
             start, end = _TIMES.unpack(found)
             return (start, end) if 0 < start <= end <= limits.TIME_NS else None
         return None
-
-
-@contextlib.contextmanager
-def walking(name: str) -> Iterator[Callable[[int, int], None]]:
-    """A watch for `bag.open`: on a terminal, a bar while files are walked through."""
-    from tqdm import tqdm
-
-    bar = tqdm(desc=name, unit="B", unit_scale=True, leave=False, disable=None, delay=0.5)
-
-    def watch(passed: int, size: int) -> None:
-        bar.total = size
-        bar.update(passed - bar.n)
-
-    try:
-        yield watch
-    finally:
-        bar.close()

@@ -27,7 +27,7 @@ def main(args: Sequence[str] | None = None) -> int:
 def _recover(start: Start, given: argparse.Namespace) -> int:
     with start.stop.loading():
         from bouncing_disk_ros import bag
-        from bouncing_disk_ros.bag.walk import walking
+        from bouncing_disk_ros.bag.reader import walking
 
     with walking("bag_recover") as watch:
         report = bag.recover(given.bag, given.output, watch)

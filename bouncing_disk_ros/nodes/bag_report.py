@@ -101,7 +101,7 @@ def read(given: argparse.Namespace) -> Report:
     from tqdm import tqdm
 
     from bouncing_disk_ros import bag
-    from bouncing_disk_ros.bag.walk import walking
+    from bouncing_disk_ros.bag.reader import walking
     from bouncing_disk_ros.report.read_run import BagRun, ReadOptions
     from bouncing_disk_ros.report.run_report import report_of
 

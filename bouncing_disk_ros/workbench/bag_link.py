@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag import BagError
-from bouncing_disk_ros.bag.walk import walking
+from bouncing_disk_ros.bag.reader import walking
 from bouncing_disk_ros.errors import FailedError
 from bouncing_disk_ros.report.read_run import choose, in_order_of_sending, is_there
 from bouncing_disk_ros.workbench.actions import Action, Names

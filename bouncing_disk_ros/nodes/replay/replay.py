@@ -55,7 +55,7 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
 
 def _work(given: argparse.Namespace) -> int:
     from bouncing_disk_ros import bag
-    from bouncing_disk_ros.bag.walk import walking
+    from bouncing_disk_ros.bag.reader import walking
     from bouncing_disk_ros.nodes.replay.bag_streams import Recorded
     from bouncing_disk_ros.nodes.replay.replay_text import run_lines, verdict
     from bouncing_disk_ros.run.what_if import changes_of
