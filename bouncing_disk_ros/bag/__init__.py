@@ -5,7 +5,8 @@ A bag is a rosbag2 folder of .mcap files; see docs/recording.md.
 
 from pathlib import Path
 
-from bouncing_disk_ros.bag.metadata import FORMAT_VERSION, OfferedQos
+from bouncing_disk_ros.bag.metadata import OfferedQos
+from bouncing_disk_ros.bag.notes import FORMAT_VERSION
 from bouncing_disk_ros.bag.reader import Bag, Message, Topic
 from bouncing_disk_ros.bag.records import Watch, nothing
 from bouncing_disk_ros.bag.recover import Report, recover

@@ -22,16 +22,11 @@ from mcap.records import Channel, ChunkIndex, Schema
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import limits
+from bouncing_disk_ros.bag.files import files_of
 from bouncing_disk_ros.bag.index import Index
 from bouncing_disk_ros.bag.messages import Decode, Form, check_installed, decoder
-from bouncing_disk_ros.bag.metadata import (
-    FORMAT_KEY,
-    FORMAT_VERSION,
-    NOTE,
-    checked,
-    files_of,
-    qos_from_text,
-)
+from bouncing_disk_ros.bag.metadata import qos_from_text
+from bouncing_disk_ros.bag.notes import FORMAT_KEY, FORMAT_VERSION, NOTE, checked
 from bouncing_disk_ros.bag.records import Watch, nothing, without_repeats
 from bouncing_disk_ros.bag.rows import CLOUD, CloudRows, gather
 from bouncing_disk_ros.bag.source import Source

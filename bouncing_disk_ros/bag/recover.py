@@ -19,18 +19,10 @@ from mcap.records import Metadata as MetadataRecord
 
 from bouncing_disk_ros.bag import metadata
 from bouncing_disk_ros.bag.chunk_reader import Inner
+from bouncing_disk_ros.bag.files import Located, files_of
 from bouncing_disk_ros.bag.index import Index
-from bouncing_disk_ros.bag.metadata import (
-    FORMAT_KEY,
-    NOTE,
-    FileRow,
-    Located,
-    Metadata,
-    TopicRow,
-    checked,
-    files_of,
-    signed,
-)
+from bouncing_disk_ros.bag.metadata import FileRow, Metadata, TopicRow
+from bouncing_disk_ros.bag.notes import FORMAT_KEY, NOTE, checked, signed
 from bouncing_disk_ros.bag.reader import topics_of
 from bouncing_disk_ros.bag.records import Watch, nothing, without_repeats
 from bouncing_disk_ros.bag.source import index_of

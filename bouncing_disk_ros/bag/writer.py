@@ -41,16 +41,8 @@ from mcap.records import Metadata as MetadataRecord
 from bouncing_disk_ros.bag import metadata
 from bouncing_disk_ros.bag.chunk_reader import Inner
 from bouncing_disk_ros.bag.index import Index
-from bouncing_disk_ros.bag.metadata import (
-    FORMAT_KEY,
-    FORMAT_VERSION,
-    NOTE,
-    FileRow,
-    Metadata,
-    OfferedQos,
-    TopicRow,
-    signed,
-)
+from bouncing_disk_ros.bag.metadata import FileRow, Metadata, OfferedQos, TopicRow
+from bouncing_disk_ros.bag.notes import FORMAT_KEY, FORMAT_VERSION, NOTE, signed
 from bouncing_disk_ros.bag.records import (
     HEAD,
     MAGIC,

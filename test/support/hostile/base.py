@@ -11,7 +11,8 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 
 from bouncing_disk_ros import bag
-from bouncing_disk_ros.bag.metadata import qos_text, signed
+from bouncing_disk_ros.bag.metadata import qos_text
+from bouncing_disk_ros.bag.notes import signed
 from bouncing_disk_ros.bag.schema import schema_of
 from support.mcap_bytes import Content, Sent, forged
 from support.recorded import RecordedRun

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from bouncing_disk_ros.bag.metadata import signed
+from bouncing_disk_ros.bag.notes import signed
 from support.hostile.base import NOTES, content, enter_forged, entry, messages, put
 from support.hostile.files import FILES
 from support.mcap_bytes import Sent, forged
