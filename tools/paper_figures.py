@@ -11,12 +11,13 @@ import numpy as np
 import xarray as xr
 
 from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.maps.best_toss import extreme
 from bouncing_disk_ros.maps.continuation import period_doublings
 from bouncing_disk_ros.maps.motor_curves import friction_limit
 from bouncing_disk_ros.maps.period_one import stability_limit
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point, periodic_orbit
 from bouncing_disk_ros.maps.scales import axial_forcing_of
-from bouncing_disk_ros.maps.tosses import extreme, toss
+from bouncing_disk_ros.maps.tosses import toss
 from bouncing_disk_ros.motor_study.motor_points import Run, measure
 from bouncing_disk_ros.parameters import complete
 from bouncing_disk_ros.run.presets import load_preset

@@ -9,7 +9,8 @@ import pytest
 
 from bouncing_disk_ros.core.model import Disk, InitialState, Phase
 from bouncing_disk_ros.core.simulation import Simulation
-from bouncing_disk_ros.maps.tosses import TossSetting, motion_of, toss, toss_paths
+from bouncing_disk_ros.maps.toss_paths import toss_paths
+from bouncing_disk_ros.maps.tosses import TossSetting, motion_of, toss
 from reference.cases import FIRST, NS, examples
 
 EPS = float(np.finfo(float).eps)

@@ -27,6 +27,7 @@ from bouncing_disk_ros.maps.basin_labels import (
     label_starts,
 )
 from bouncing_disk_ros.maps.best_lag import best_lag
+from bouncing_disk_ros.maps.best_toss import extreme
 from bouncing_disk_ros.maps.continuation import period_doublings
 from bouncing_disk_ros.maps.label_maps import (
     basin_entropy,
@@ -41,14 +42,8 @@ from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, fixed_point
 from bouncing_disk_ros.maps.rotation_map import collision_orbit, measure_attractor
 from bouncing_disk_ros.maps.settled_speed import settled_speeds
-from bouncing_disk_ros.maps.tosses import (
-    TossSetting,
-    extreme,
-    toss,
-    toss_paths,
-    toss_pixels,
-    toss_trajectory,
-)
+from bouncing_disk_ros.maps.toss_paths import toss_paths, toss_trajectory
+from bouncing_disk_ros.maps.tosses import TossSetting, toss, toss_pixels
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.input_records import Record, from_json, to_json
 from bouncing_disk_ros.run.input_replay import restored

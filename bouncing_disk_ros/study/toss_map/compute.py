@@ -13,18 +13,8 @@ import xarray as xr
 from bouncing_disk_ros.angles import angles_of
 from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.tosses import (
-    CODES,
-    LOWEST,
-    Extreme,
-    Ridge,
-    TossSetting,
-    bounded_measures,
-    check_setting,
-    extreme,
-    ridge,
-    toss,
-)
+from bouncing_disk_ros.maps.best_toss import Extreme, Ridge, bounded_measures, extreme, ridge
+from bouncing_disk_ros.maps.tosses import CODES, LOWEST, TossSetting, check_setting, toss
 from bouncing_disk_ros.parameters import DEFAULTS, Value
 from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
 

@@ -49,7 +49,8 @@ _SPECS = (
 
 
 def _pictures(study: TossMap, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.maps.tosses import Toss, toss_trajectory
+    from bouncing_disk_ros.maps.toss_paths import toss_trajectory
+    from bouncing_disk_ros.maps.tosses import Toss
     from bouncing_disk_ros.study.toss_map.picture import maps_figure
     from bouncing_disk_ros.study.toss_paths.picture import toss_title, trajectories_figure
 

@@ -15,7 +15,8 @@ from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
-from bouncing_disk_ros.maps.tosses import Extreme, Floats, Ridge, Toss
+from bouncing_disk_ros.maps.best_toss import Extreme, Ridge
+from bouncing_disk_ros.maps.tosses import Floats, Toss
 from bouncing_disk_ros.matplotlib_figures import edges_of, mark_in_pi, new_figure, typeset
 from bouncing_disk_ros.study.toss_paths.picture import DPI
 

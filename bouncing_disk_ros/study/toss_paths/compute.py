@@ -10,7 +10,7 @@ import numpy as np
 
 from bouncing_disk_ros.angles import angles_of
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.tosses import toss_paths
+from bouncing_disk_ros.maps.toss_paths import toss_paths
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
 from bouncing_disk_ros.study.toss_map.compute import setting_of

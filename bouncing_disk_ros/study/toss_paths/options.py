@@ -37,7 +37,7 @@ _SPECS = (
 
 
 def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.maps.tosses import TossPaths
+    from bouncing_disk_ros.maps.toss_paths import TossPaths
     from bouncing_disk_ros.study.toss_paths.picture import paths_figure, toss_title
 
     paths = TossPaths(**{name: result[name].values for name in TossPaths._fields})

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import BLUE, DISK, GREEN, GREY, PLATFORM, PURPLE, VERMILION
 from bouncing_disk_ros.core.model import Phase
-from bouncing_disk_ros.maps.tosses import Floats, TossPaths, TossTrajectory
+from bouncing_disk_ros.maps.toss_paths import TossPaths, TossTrajectory
+from bouncing_disk_ros.maps.tosses import Floats
 from bouncing_disk_ros.matplotlib_figures import new_figure
 from bouncing_disk_ros.units import in_pi
 
@@ -37,7 +38,7 @@ def paths_figure(paths: TossPaths, titles: Sequence[str], columns: int = 3) -> F
 
     `paths` has one leading axis, as long as `titles`.
 
-    >>> from bouncing_disk_ros.maps.tosses import toss_paths
+    >>> from bouncing_disk_ros.maps.toss_paths import toss_paths
     >>> paths_figure(toss_paths(np.array([0.0, -0.7]), np.array([0.8, 0.8])), ["a", "b"])
     """
     rows = -(-len(titles) // columns)
@@ -83,7 +84,7 @@ def trajectories_figure(
 ) -> Figure:
     """Figure of tosses in time: height of the first (title `heights`), angular velocity of each.
 
-    >>> from bouncing_disk_ros.maps.tosses import toss_trajectory
+    >>> from bouncing_disk_ros.maps.toss_paths import toss_trajectory
     >>> trajectories_figure([toss_trajectory(0.0, 0.78)], ["θ = 0"])
     """
     figure = new_figure(7.0, 2.3 * (len(tosses) + 1) + 0.4, DPI)

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from bouncing_disk_ros.core.model import InitialState, Phase
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.maps.best_toss import MEASURES, extreme, height_of, ridge
 from bouncing_disk_ros.maps.single_toss import (
     TOSS_NONE,
     TOSS_SLID,
@@ -22,23 +23,18 @@ from bouncing_disk_ros.maps.single_toss import (
     TOSS_STUCK,
     TOSS_UNRESOLVED,
 )
+from bouncing_disk_ros.maps.toss_paths import toss_paths, toss_trajectory
 from bouncing_disk_ros.maps.tosses import (
     CODES,
     LOWEST,
-    MEASURES,
     PAPER,
     PAPER_DISK,
     Toss,
     TossSetting,
-    extreme,
-    height_of,
     motion_of,
-    ridge,
     separation_phase,
     toss,
-    toss_paths,
     toss_pixels,
-    toss_trajectory,
 )
 from reference.cases import FIXED, NS
 

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.maps.tosses import Extreme, ridge, toss, toss_paths, toss_trajectory
+from bouncing_disk_ros.maps.best_toss import Extreme, ridge
+from bouncing_disk_ros.maps.toss_paths import toss_paths, toss_trajectory
+from bouncing_disk_ros.maps.tosses import toss
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import named, run
 from bouncing_disk_ros.study.toss_map import options as toss_map
