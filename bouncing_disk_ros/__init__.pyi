@@ -17,7 +17,7 @@ from .maps.attractors import AttractorKind as AttractorKind
 from .maps.attractors import Attractors as Attractors
 from .maps.basin_labels import label_starts as label_starts
 from .maps.best_lag import best_lag as best_lag
-from .maps.continuation import period_doublings as period_doublings
+from .maps.bifurcations import period_doublings as period_doublings
 from .maps.label_maps import basin_entropy as basin_entropy
 from .maps.label_maps import box_dimension as box_dimension
 from .maps.label_maps import uncertainty_exponent as uncertainty_exponent

@@ -12,7 +12,7 @@ import xarray as xr
 
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.maps.best_toss import extreme
-from bouncing_disk_ros.maps.continuation import period_doublings
+from bouncing_disk_ros.maps.bifurcations import period_doublings
 from bouncing_disk_ros.maps.motor_curves import friction_limit
 from bouncing_disk_ros.maps.period_one import stability_limit
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point, periodic_orbit

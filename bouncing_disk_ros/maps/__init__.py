@@ -1,1 +1,1 @@
-"""The next-collision map, its lanes, attractors, continuation and boundaries; single tosses."""
+"""The next-collision map, its lanes, attractors, bifurcations and boundaries; single tosses."""

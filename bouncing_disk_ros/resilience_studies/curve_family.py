@@ -7,7 +7,7 @@ import math
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind
-from bouncing_disk_ros.maps.continuation import period_doublings
+from bouncing_disk_ros.maps.bifurcations import period_doublings
 from bouncing_disk_ros.maps.next_collision import (
     MapState,
     NextCollisionMap,

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.maps.continuation import period_doublings
+from bouncing_disk_ros.maps.bifurcations import period_doublings
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.resilience_studies.orbit_branch import orbit_curve
 from bouncing_disk_ros.resilience_studies.orbit_curves import Window

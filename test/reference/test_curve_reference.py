@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 
-from bouncing_disk_ros.maps.continuation import period_doublings
+from bouncing_disk_ros.maps.bifurcations import period_doublings
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.resilience_studies.orbit_branch import orbit_curve
 from bouncing_disk_ros.resilience_studies.orbit_curves import Window

@@ -28,7 +28,7 @@ from bouncing_disk_ros.maps.basin_labels import (
 )
 from bouncing_disk_ros.maps.best_lag import best_lag
 from bouncing_disk_ros.maps.best_toss import extreme
-from bouncing_disk_ros.maps.continuation import period_doublings
+from bouncing_disk_ros.maps.bifurcations import period_doublings
 from bouncing_disk_ros.maps.label_maps import (
     basin_entropy,
     box_dimension,

@@ -24,7 +24,7 @@ from bouncing_disk_ros.maps.bifurcation_diagram import (
     follow,
     from_starts,
 )
-from bouncing_disk_ros.maps.continuation import (
+from bouncing_disk_ros.maps.bifurcations import (
     ContactOnset,
     Doubling,
     contact_onset,

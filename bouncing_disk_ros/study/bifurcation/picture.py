@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.colours import BLACK, BLUE, GREEN, PURPLE, VERMILION
 from bouncing_disk_ros.maps.bifurcation_diagram import Branch, sections_along
-from bouncing_disk_ros.maps.continuation import Doubling
+from bouncing_disk_ros.maps.bifurcations import Doubling
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.period_one import existence_limit
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS

@@ -9,7 +9,7 @@ import pytest
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.axial_flights import contact_return
-from bouncing_disk_ros.maps.continuation import period_doublings
+from bouncing_disk_ros.maps.bifurcations import period_doublings
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, fixed_point
 from bouncing_disk_ros.resilience_studies import curve_family as curve_family_module

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros.maps.bifurcation_diagram import Branch, begin, follow
-from bouncing_disk_ros.maps.continuation import Doubling, period_doublings
+from bouncing_disk_ros.maps.bifurcations import Doubling, period_doublings
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.matplotlib_figures import edges_of

@@ -1,4 +1,4 @@
-"""Along a parameter: period doublings of orbits, and where an attractor first holds contact.
+"""Bifurcations along a parameter: period doublings, and where an attractor first holds contact.
 
 An orbit of n impacts is followed along Γ or ε by Newton's method (predictor: its derivative by the
 parameter). With trace T and determinant ε²ⁿ of its derivatives, a multiplier is −1 where

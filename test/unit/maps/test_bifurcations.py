@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.continuation import (
+from bouncing_disk_ros.maps.bifurcations import (
     FEIGENBAUM,
     Doubling,
     contact_onset,
