@@ -6,7 +6,8 @@ from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag import BagError
 from bouncing_disk_ros.bag.reader import walking
 from bouncing_disk_ros.errors import FailedError
-from bouncing_disk_ros.report.read_run import choose, in_order_of_sending, is_there
+from bouncing_disk_ros.report.message_order import in_order_of_sending
+from bouncing_disk_ros.report.read_run import choose, is_there
 from bouncing_disk_ros.workbench.actions import Action, Names
 from bouncing_disk_ros.workbench.history_reader import HistoryReader
 from bouncing_disk_ros.workbench.run_history import RunHistory

@@ -14,15 +14,8 @@ import pytest
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag.reader import Message
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.report.read_run import (
-    BagRun,
-    EveryNth,
-    Losses,
-    ReadOptions,
-    RunOrder,
-    Sign,
-    in_order_of_sending,
-)
+from bouncing_disk_ros.report.message_order import Losses, RunOrder, Sign, in_order_of_sending
+from bouncing_disk_ros.report.read_run import BagRun, EveryNth, ReadOptions
 from support.recorded import NS, START_NS, RecordedRun, period_one_bag
 
 

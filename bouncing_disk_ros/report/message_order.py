@@ -1,0 +1,128 @@
+"""The order in which messages of a bag were sent, and what their numbers say of runs and losses."""
+
+from __future__ import annotations
+
+import heapq
+from collections import Counter, OrderedDict
+from collections.abc import Iterable, Iterator, Sequence
+from enum import Enum
+
+from bouncing_disk_ros import limits
+from bouncing_disk_ros.bag.reader import Message
+from bouncing_disk_ros.report.run_record_builder import Count
+from bouncing_disk_ros.ros.loss import UNKNOWN, UNNUMBERED, Gaps
+from bouncing_disk_ros.units import NS
+
+WINDOW_NS = NS
+"""Messages of one node come at most so much later than others that were sent after them."""
+_OVERHEAD = 400
+"""Bytes that a message takes besides its content."""
+
+
+def in_order_of_sending(messages: Iterable[Message]) -> Iterator[Message]:
+    """Messages as they were sent, of each topic in the order of reception.
+
+    At most limits.WAITING bytes wait: where more come within a window, the first are let go.
+    """
+    waiting: list[tuple[int, int, Message]] = []
+    latest: dict[str, int] = {}
+    held = 0
+    for counter, message in enumerate(messages):
+        sent = min(message.publish_time_ns or message.log_time_ns, message.log_time_ns)
+        sent = latest[message.topic] = max(sent, latest.get(message.topic, 0))
+        heapq.heappush(waiting, (sent, counter, message))
+        held += len(message.data) + _OVERHEAD
+        # latched messages may have been sent long ago, and come in any order
+        while waiting and (
+            waiting[0][2].log_time_ns < message.log_time_ns - WINDOW_NS or held > limits.WAITING
+        ):
+            first = heapq.heappop(waiting)[2]
+            held -= len(first.data) + _OVERHEAD
+            yield first
+    while waiting:
+        yield heapq.heappop(waiting)[2]
+
+
+LATCHED = ("disk/inputs", "platform/motion", "platform/offset", "disk/phase")
+"""Topics that a recorder may be given a second time, with the numbers and times of the first."""
+_REMEMBERED = 1000
+
+
+class Sign(Enum):
+    """What a message shows of the run under way."""
+
+    BEGINS = "begins"
+    GOES_ON = "goes on"
+    NOTHING = "nothing"
+
+
+class RunOrder:
+    """Which run each message of a simulator belongs to: that under way when it was sent.
+
+    A run begins where a topic begins anew: its publisher's numbers, its running index or its
+    simulated time fall behind those of a message of the same topic and the same run. Where they
+    rise and no number is missing, the run goes on; but the next number of a latched topic is no
+    sign, for the newest message of another run may have it. A message that shows neither is of the
+    run that was under way before and after it; between two runs nobody knows. Messages are to be
+    given in the order of sending.
+    """
+
+    def __init__(self) -> None:
+        self.run = 0  # of the newest message that shows it, from 1
+        # by topic: run, number and counts of the newest message
+        self._latest: dict[str, tuple[int, int, list[float]]] = {}
+        self._seen: dict[str, OrderedDict[tuple[int, int, bytes], None]] = {}
+
+    def is_repeat(self, short: str, message: Message) -> bool:
+        """Whether a latched message has been there before."""
+        if short not in LATCHED:
+            return False
+        seen = self._seen.setdefault(short, OrderedDict())
+        key = message.publish_time_ns or message.log_time_ns, message.sequence, message.data
+        if key in seen:
+            return True
+        seen[key] = None
+        if len(seen) > _REMEMBERED:
+            seen.popitem(last=False)
+        return False
+
+    def take(self, short: str, number: int, counts: Sequence[Count]) -> Sign:
+        """What a message shows; `number`: of its publisher, 0: it has none."""
+        run, before, latest = self._latest.get(short, (0, 0, []))
+        shown = Sign.NOTHING
+        if self.run == 0:
+            shown = Sign.BEGINS
+        elif run == self.run and ((counts and latest) or (number and before)):
+            pairs = list(zip(counts, latest, strict=False))
+            is_next = short not in LATCHED and (not (number and before) or number == before + 1)
+            if 0 < number <= before or any(one.follows_not(last) for one, last in pairs):
+                shown = Sign.BEGINS
+            elif is_next or any(one.is_next(last) for one, last in pairs):
+                shown = Sign.GOES_ON
+        self.run += shown is Sign.BEGINS
+        self._latest[short] = self.run, number, [one.last for one in counts]
+        return shown
+
+
+class Losses:
+    """Gaps in the numbers of the messages of each topic."""
+
+    def __init__(self) -> None:
+        self._topics: dict[str, Gaps] = {}
+        self._falls: Counter[str] = Counter()
+        self._why_not = dict[str, str]()
+
+    def note(self, message: Message) -> None:
+        """A message, in the order of reception."""
+        if message.sequence in (0, UNKNOWN):
+            why_not = UNNUMBERED if message.sequence else "the recorder did not number them"
+            self._why_not[message.topic] = why_not
+        elif self._topics.setdefault(message.topic, Gaps()).take(message.sequence) < 0:
+            self._falls[message.topic] += 1
+
+    def of(self, topic: str, runs: int) -> str:
+        """How many messages were lost, in words."""
+        several = self._falls[topic] >= max(2, runs) and "several publishers on the topic"
+        if why_not := self._why_not.get(topic) or several:
+            return f"not countable: {why_not}"
+        return str(self._topics[topic].lost if topic in self._topics else 0)
