@@ -114,8 +114,10 @@ def in_order_of_sending(messages: Iterable[Message]) -> Iterator[Message]:
 
 
 LATCHED = ("disk/inputs", "platform/motion", "platform/offset", "disk/phase")
-"""Topics that a recorder may be given a second time, with the numbers and times of the first."""
+"""Topics whose next number is no sign: the newest message of another run may have it."""
 _REMEMBERED = 1000
+REPEAT = -1
+"""Stands for the run of a message that is there a second time."""
 
 
 class Sign(Enum):
@@ -141,14 +143,16 @@ class RunOrder:
         self.run = 0  # of the newest message that shows it, from 1
         # by topic: run, number and counts of the newest message
         self._latest: dict[str, tuple[int, int, list[float]]] = {}
-        self._seen: dict[str, OrderedDict[tuple[int, int, bytes], None]] = {}
+        self._seen: dict[str, OrderedDict[tuple[int, int, int], None]] = {}
 
     def is_repeat(self, short: str, message: Message) -> bool:
-        """Whether a latched message has been there before."""
-        if short not in LATCHED:
-            return False
+        """Whether a message has been there before, with the number and the time of the first.
+
+        A recorder may be given latched ones a second time, and two recordings may be joined.
+        """
         seen = self._seen.setdefault(short, OrderedDict())
-        key = message.publish_time_ns or message.log_time_ns, message.sequence, message.data
+        sent = message.publish_time_ns or message.log_time_ns
+        key = sent, message.sequence, hash(message.data)
         if key in seen:
             return True
         seen[key] = None
@@ -450,7 +454,7 @@ class BagRun:
         if shown is Sign.BEGINS:
             for topic, waits in self._waiting:
                 self._undecided += waits is not None
-                self._note_part(topic, 0)
+                self._note_part(topic, REPEAT if waits is None else 0)
             self._waiting.clear()
             self._begin_run()
         self._waiting.append((message.topic, parsed))
@@ -461,7 +465,7 @@ class BagRun:
         """Take the messages that wait into the run under way."""
         for topic, parsed in self._waiting:
             short = self._names[topic]
-            self._note_part(topic, 0 if parsed is None else self._order.run)
+            self._note_part(topic, REPEAT if parsed is None else self._order.run)
             if parsed is None or (short == "disk/impacts" and not self._wish.most_rows):
                 continue
             self._builder.take(short, parsed)
