@@ -44,8 +44,10 @@ def in_order_of_sending(messages: Iterable[Message]) -> Iterator[Message]:
 
 
 LATCHED = ("disk/inputs", "platform/motion", "platform/offset", "disk/phase")
-"""Topics that a recorder may be given a second time, with the numbers and times of the first."""
+"""Topics whose next number is no sign: the newest message of another run may have it."""
 _REMEMBERED = 1000
+REPEAT = -1
+"""Stands for the run of a message that is there a second time."""
 
 
 class Sign(Enum):
@@ -71,14 +73,16 @@ class RunOrder:
         self.run = 0  # of the newest message that shows it, from 1
         # by topic: run, number and counts of the newest message
         self._latest: dict[str, tuple[int, int, list[float]]] = {}
-        self._seen: dict[str, OrderedDict[tuple[int, int, bytes], None]] = {}
+        self._seen: dict[str, OrderedDict[tuple[int, int, int], None]] = {}
 
     def is_repeat(self, short: str, message: Message) -> bool:
-        """Whether a latched message has been there before."""
-        if short not in LATCHED:
-            return False
+        """Whether a message has been there before, with the number and the time of the first.
+
+        A recorder may be given latched ones a second time, and two recordings may be joined.
+        """
         seen = self._seen.setdefault(short, OrderedDict())
-        key = message.publish_time_ns or message.log_time_ns, message.sequence, message.data
+        sent = message.publish_time_ns or message.log_time_ns
+        key = sent, message.sequence, hash(message.data)
         if key in seen:
             return True
         seen[key] = None

@@ -20,7 +20,13 @@ from bouncing_disk_ros.bag.reader import Message
 from bouncing_disk_ros.bounded import Newest, NewestRows, Thinned
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.errors import InputError, closest, counted
-from bouncing_disk_ros.report.message_order import Losses, RunOrder, Sign, in_order_of_sending
+from bouncing_disk_ros.report.message_order import (
+    REPEAT,
+    Losses,
+    RunOrder,
+    Sign,
+    in_order_of_sending,
+)
 from bouncing_disk_ros.report.run_record import (
     MOST_ROWS,
     UNKNOWN_DISK,
@@ -275,7 +281,7 @@ class BagRun:
         if shown is Sign.BEGINS:
             for topic, waits in self._waiting:
                 self._undecided += waits is not None
-                self._note_part(topic, 0)
+                self._note_part(topic, REPEAT if waits is None else 0)
             self._waiting.clear()
             self._begin_run()
         self._waiting.append((message.topic, parsed))
@@ -286,7 +292,7 @@ class BagRun:
         """Take the messages that wait into the run under way."""
         for topic, parsed in self._waiting:
             short = self._names[topic]
-            self._note_part(topic, 0 if parsed is None else self._order.run)
+            self._note_part(topic, REPEAT if parsed is None else self._order.run)
             if parsed is None or (short == "disk/impacts" and not self._wish.most_rows):
                 continue
             self._builder.take(short, parsed)

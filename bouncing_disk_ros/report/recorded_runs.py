@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.bag import Bag
 from bouncing_disk_ros.bag.rows import CloudRows
+from bouncing_disk_ros.report.message_order import REPEAT
 from bouncing_disk_ros.report.read_run import BagRun, ReadOptions, names_of
 from bouncing_disk_ros.run.input_records import Record, from_json
 
@@ -76,7 +77,7 @@ class _ByRun(Generic[_T]):
     """The messages of one topic, run by run; `left_over`: what those hold that belong to none."""
 
     def __init__(self, messages: Iterable[_T], parts: Sequence[tuple[int, int]]) -> None:
-        """`parts`: so many messages each are of the run of this number, 0: of none."""
+        """`parts`: so many messages each are of the run of this number; 0: nobody knows which."""
         numbers = (number for number, count in parts for _ in range(count))
         self._messages = zip(numbers, messages, strict=False)
         self._next = next(self._messages, None)
@@ -84,12 +85,12 @@ class _ByRun(Generic[_T]):
 
     def of(self, number: int) -> Iterator[_T]:
         """Those of a run, and of none before its end."""
-        while self._next is not None and self._next[0] in (0, number):
+        while self._next is not None and self._next[0] in (REPEAT, 0, number):
             belongs_to, message = self._next
             self._next = next(self._messages, None)
-            if belongs_to:
+            if belongs_to > 0:
                 yield message
-            else:
+            elif belongs_to == 0:
                 self.left_over += len(message)
 
 

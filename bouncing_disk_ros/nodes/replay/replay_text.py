@@ -56,7 +56,8 @@ def _gap_line(gap: Gap) -> str:
 def verdict(found: ReplayedBag) -> str:
     """The last line of a replay; a comparison of what if follows it."""
     if found.identical:
-        return f"replay identical: {found.impacts} impacts"
+        rest = f", {counted(found.not_compared, 'row')} not compared" if found.not_compared else ""
+        return f"replay identical: {found.impacts} impacts{rest}"
     differing = [(n, run) for n, run in enumerate(found.runs, 1) if run.difference is not None]
     if not differing:
         names = ", ".join(dict.fromkeys(name for run in found.runs for name in run.other_fields))

@@ -13,10 +13,13 @@ import pytest
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag.reader import Message
+from bouncing_disk_ros.core.model import join_rows
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, replay_bag
+from bouncing_disk_ros.nodes.replay.replay_text import verdict
 from bouncing_disk_ros.report.message_order import Losses, RunOrder, Sign, in_order_of_sending
 from bouncing_disk_ros.report.read_run import BagRun, ReadOptions
-from support.recorded import NS, START_NS, RecordedRun, period_one_bag
+from support.recorded import NS, START_NS, RecordedRun, Sent, period_one_bag
 
 
 def read(folder: Path, **options: Any) -> BagRun:
@@ -56,6 +59,38 @@ def test_a_bag_gives_what_was_simulated(tmp_path: Path) -> None:
     assert set(lost.values()) == {"0", "1"}
     assert source.missing == ("disk/phase",)
     assert (source.namespace, source.run, source.runs) == ("/", 1, 1)
+
+
+class Twice(RecordedRun):
+    """A run of which each message is recorded twice, as in two recordings that were joined."""
+
+    def _write(self, sent: Sent, received_ns: int) -> None:
+        super()._write(sent, received_ns)
+        super()._write(sent, received_ns + 1000)
+
+
+def test_messages_that_are_there_twice_count_once(tmp_path: Path) -> None:
+    """Each began another run, because its number does not rise."""
+    with bag.Writer(tmp_path / "run") as writer:
+        made = Twice(writer, preset="pizza_multiple_toss").run(6.0)
+    run = read(tmp_path / "run")
+    assert run.source.runs == 1
+    assert run.record.rows.tobytes() == join_rows(made.rows).tobytes()
+    assert [state.time for state in run.record.states] == [k / 10 for k in range(1, 61)]
+    with bag.open(tmp_path / "run") as opened:
+        found = replay_bag(Recorded(opened))
+    assert verdict(found) == f"replay identical: {len(run.record.rows)} impacts"
+
+
+def test_rows_that_no_snapshot_precedes_are_in_the_verdict(tmp_path: Path) -> None:
+    with bag.Writer(tmp_path / "run") as writer:
+        RecordedRun(writer, preset="pizza_multiple_toss").run(3.0)
+        without = RecordedRun(writer, preset="pizza_multiple_toss", start_ns=START_NS + 9 * NS,
+                              without=("disk/inputs",)).run(3.0)  # fmt: skip
+    with bag.open(tmp_path / "run") as opened:
+        found = replay_bag(Recorded(opened))
+    left = len(join_rows(without.rows))
+    assert verdict(found).endswith(f" impacts, {left} rows not compared")
 
 
 def test_simulators_are_chosen_by_namespace(tmp_path: Path) -> None:
