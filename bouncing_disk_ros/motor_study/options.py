@@ -27,7 +27,7 @@ _EXAMPLE = (
 _FUNCTION = """\
 Speed, torque, efficiency and stall of an ultrasonic motor over two of its parameters.
 
->>> motor(x_axis="load_torque", y_axis="preload", x_count=40, y_count=10)["stall_torque"]
+>>> motor(x_axis="load_torque", y_axis="preload", x_count=20, y_count=5)["stall_torque"]
 """
 _SWUM: Mapping[str, float] = MappingProxyType(
     {

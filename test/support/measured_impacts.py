@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 GRAVITY = 9.80665
-_STEPS = 100
-"""Of a period of the platform, in the search for an impact."""
+_STEPS, _PERIODS = 100, 60
+"""Of a period of the platform, and most of these, in the search for an impact."""
 
 
 def at_rest(
@@ -52,6 +52,7 @@ def vibrating(
     w = math.tau * frequency
     amplitude = forcing * math.pi * gravity / w**2
     at, step = np.zeros(runs), 1.0 / frequency / _STEPS
+    ahead = np.cumsum(np.r_[2.0 * step, np.full(_PERIODS * _STEPS - 1, step)])[:, None]
     phase = rng.uniform(0.0, math.tau, runs)
     speed = amplitude * w * np.cos(phase) + rng.uniform(0.6, 1.4, runs) * math.pi * gravity / w
     times, good = np.zeros((runs, count + skip)), np.ones(runs, bool)
@@ -62,13 +63,16 @@ def vibrating(
             drop: Array = start + speed * d - 0.5 * gravity * d * d
             return drop - amplitude * np.sin(w * (at + d) + phase)
 
-        high = np.full(runs, 2.0 * step)
-        good &= gap(high) > 0.0
-        for _ in range(60 * _STEPS):
-            flying = (gap(high) > 0.0) & good
+        good &= gap(ahead[0]) > 0.0
+        place, flying = np.zeros(runs, int), good.copy()
+        for first in range(0, len(ahead), _STEPS):
+            landed = gap(ahead[first : first + _STEPS]) <= 0.0
+            here = np.where(landed.any(axis=0), landed.argmax(axis=0), _STEPS - 1)
+            place = np.where(flying, first + here, place)
+            flying &= ~landed.any(axis=0)
             if not flying.any():
                 break
-            high = np.where(flying, high + step, high)
+        high = ahead[place, 0]
         low = high - step
         for _ in range(52):
             middle = 0.5 * (low + high)

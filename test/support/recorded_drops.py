@@ -109,8 +109,8 @@ def _hits(
         first = math.ceil(time * rate)
         begin = first / rate - time
         width = contact * speed**-0.2
-        force = np.where(at < width, np.sin(math.pi * np.minimum(at / width, 1.0)) ** 1.5, 0.0)
-        one = signal.fftconvolve(force, rings @ own)[: len(at)] / max(force.sum(), 1e-9)
+        force = np.sin(math.pi * at[at < width] / width) ** 1.5
+        one = signal.oaconvolve(force, rings @ own)[: len(at)] / force.sum()
         one = signal.sosfilt(low, one)
         places = np.arange(min(round((tail + 0.005) * rate), count - first))
         shown = np.interp((places / rate + begin) * rate * _FINER, np.arange(len(one)), one)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.maps import bifurcation_diagram
 from bouncing_disk_ros.maps.bifurcation_diagram import begin, follow, from_starts
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 
@@ -27,6 +29,37 @@ def test_the_way_down_may_differ_from_the_way_up() -> None:
     assert (one.contacts == 0.0).all()
     down = follow(PAPER, "axial_forcing", values[::-1], one.end)
     np.testing.assert_allclose(down.mean_speed[::-1], one.mean_speed, atol=1e-10)
+
+
+def test_starts_together_are_starts_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside `follow` from each of them; in pieces and on threads to the bit."""
+    starts = [MapState(0.3 * k, -0.2 * k, 0.1 * k) for k in range(1, 12)]
+    values, section = np.array([0.3, 0.4, 0.45, 0.5]), NextCollisionMap(0.335, 0.5, -0.4, 30.0)
+    counts = {"settling": 3000, "measured": 64, "kept": 20}
+    whole = from_starts(section, "axial_forcing", values, starts, **counts)
+    monkeypatch.setattr(bifurcation_diagram, "LEAST_TOGETHER", 5)
+    monkeypatch.setattr(bifurcation_diagram, "ROWS_TOGETHER", 1)
+    pieces = from_starts(section, "axial_forcing", values, starts, **counts, workers=2)
+    for one, other in zip(whole, pieces, strict=True):
+        assert one.tobytes() == other.tobytes()
+    for i, value in enumerate(values):
+        here = np.array([value])
+        for j, start in enumerate(starts):
+            state = begin(replace(section, axial_forcing=float(value)), start)
+            alone = follow(section, "axial_forcing", here, state, **counts)
+            # none of these attractors is chaotic: a rounding has died out, of speeds at the rate
+            # 1/Γ_T an impact
+            for name in ("forcing_phase", "axial_impact_velocity", "angular_velocity",
+                         "mean_speed", "mean_speed_per_impact", "contacts"):  # fmt: skip
+                np.testing.assert_allclose(
+                    getattr(whole, name)[i, j], getattr(alone, name)[0, 0], rtol=0, atol=1e-9
+                )
+            assert (whole.contact[i, j] == alone.contact[0, 0]).all()
+            exponent = alone.lyapunov_exponent[0, 0]
+            np.testing.assert_allclose(whole.lyapunov_exponent[i, j], exponent, atol=1e-9)
+    assert not whole.contact[0].any()  # at rest
+    assert np.isnan(whole.contacts[0]).all()
+    assert whole.contact[1].any()
 
 
 def test_faults_are_said() -> None:

@@ -11,6 +11,23 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap, spread_starts
 
 
+def test_an_orbit_has_both_angular_velocities_of_the_same_impacts() -> None:
+    section = NextCollisionMap(0.53, 0.5, 0.4, 7.0)
+    impacts = section.orbit(MapState(1.0, -1.2, -0.3), 50)
+    platform = np.cos(impacts.forcing_phase + 0.4)
+    np.testing.assert_allclose(
+        impacts.angular_velocity - platform, impacts.angular_impact_velocity, atol=1e-15
+    )
+    change = 1.5 * 1.2 / 7.0  # at the first impact, (1 + ε)|w_A|/Γ_T against the slip
+    assert impacts.angular_velocity[0] == pytest.approx(
+        -0.3 + math.cos(1.4) + min(change, 0.3), abs=1e-15
+    )
+    assert not impacts.contact.any()
+    assert len(impacts.delay) == 50
+    assert section.iterate(MapState(1.0, -1.2, -0.3), 50) == tuple(a[-1] for a in impacts[:3])
+    assert section.iterate(MapState(1.0, -1.2), 0) == MapState(1.0, -1.2)
+
+
 def test_where_a_disk_comes_to_rest_the_orbit_ends() -> None:
     section = NextCollisionMap(0.3, 0.5)
     assert len(section.orbit(MapState(1.0, -0.5), 100).delay) < 100

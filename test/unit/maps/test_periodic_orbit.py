@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from bouncing_disk_ros.errors import InputError
@@ -11,6 +12,40 @@ from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point, periodic_orbit
 from bouncing_disk_ros.maps.settled_speed import settled_speed
+
+
+def test_friction_settles_the_speed() -> None:
+    """Against plain iteration; weak friction: the multiplier of the speed is 0, for one sticks."""
+    section = NextCollisionMap(0.5, 0.5, 0.3, 100.0)
+    settled = section.iterate(MapState(1.0, -1.3), 4000)
+    orbit = periodic_orbit(section, settled, 2)
+    impacts = section.orbit(orbit.state, 2)
+    assert orbit.angular_multiplier == 0.0
+    assert orbit.angular_impact_velocity[0] == pytest.approx(settled[2], abs=1e-12)
+    mean = impacts.turned.sum() / impacts.delay.sum()
+    assert orbit.mean_speed == pytest.approx(mean, abs=1e-12)
+    free = periodic_orbit(NextCollisionMap(0.5, 0.5), settled, 2)
+    assert math.isnan(free.mean_speed)
+    assert math.isnan(free.angular_multiplier)
+    assert free.state.angular_impact_velocity == 0.0
+
+
+def test_an_orbit_with_contact_forgets_at_once() -> None:
+    section = NextCollisionMap(0.34, 0.5, 0.0, 10.0)
+    after = section.orbit(MapState(1.0, -0.01), 20_000)
+    rides = np.flatnonzero(after.contact)
+    n = int(rides[-1] - rides[-2])
+    start = MapState(*(float(a[rides[-1]]) for a in after[:3]))
+    orbit = periodic_orbit(section, start, n)
+    assert orbit.contacts == 1
+    assert orbit.multipliers == (0.0, 0.0)
+    assert orbit.stable
+    assert orbit.lyapunov_exponent == -math.inf
+    assert orbit.mean_speed == pytest.approx(
+        after.turned[rides[-2] + 1 : rides[-1] + 1].sum()
+        / after.delay[rides[-2] + 1 : rides[-1] + 1].sum(),
+        abs=1e-12,
+    )
 
 
 def test_no_orbit_is_said_so() -> None:

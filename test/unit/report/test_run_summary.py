@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from bouncing_disk_ros.core.model import MotionInForce
@@ -9,7 +11,7 @@ from bouncing_disk_ros.report.run_record import (
     HealthReport,
     RunRecord,
 )
-from bouncing_disk_ros.report.run_summary import lines, summary_of
+from bouncing_disk_ros.report.run_summary import last_orbit, lines, summary_of
 from bouncing_disk_ros.run.session import motion_of
 from bouncing_disk_ros.run.simulate import simulate
 from support.recorded import listened
@@ -45,3 +47,23 @@ def test_summary_of_a_period_one_run() -> None:
     assert "orbit found               period-1: τ_imp 0.736624 rad (theory 0.736624)" in text
     assert "rotor speed               27.390382 rad/s" in text
     assert "p50 0.02 ms, p99 0.20 ms, largest 1.00 ms" in text
+
+
+def test_nothing_heard_is_not_a_number() -> None:
+    summary = summary_of(RunRecord(a_run().disk))
+    assert summary.impacts == summary.inputs == 0
+    assert not summary.orbit.impacts
+    for value in (summary.rotor_speed, summary.predicted_speed, summary.real_time_factor):
+        assert math.isnan(value)
+    assert [line.split()[-2:] for line in lines(summary)].count(["not", "known"]) == 2
+
+
+def test_impacts_before_the_last_change_of_motion_do_not_count_for_the_orbit() -> None:
+    record = a_run()
+    motion = record.motions[0].target
+    fading = MotionInForce(8_500_000_000, 9_000_000_000, motion, motion, 0, 0.0)
+    record.motions.append(fading)
+    assert record.motion is None
+    record.motions.append(fading._replace(begin_ns=9_000_000_000))
+    assert record.motion == motion
+    assert not last_orbit(record).impacts  # 4 impacts are too few

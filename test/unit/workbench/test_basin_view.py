@@ -18,6 +18,7 @@ from bouncing_disk_ros.workbench.start_plane import (
     NOT_DECIDED,
     Window,
     is_distinct,
+    pixel_centre,
     section_of,
     whole_window,
 )
@@ -88,6 +89,16 @@ def test_labels_are_those_of_the_study(
 
 def test_a_view_that_is_no_longer_wanted_is_not_computed() -> None:
     assert view(NextCollisionMap(0.45, 0.5), whole_window(), SIDE, lambda: True) is None
+
+
+def test_pixels_are_those_of_the_study() -> None:
+    window = Window(0.3, 1.7, -2.0, -0.25)
+    axes = study_of(0.45, window).axes
+    phases, speeds = axes["forcing_phase"].values, axes["velocity"].values
+    for column, line in ((0, 0), (17, 40), (SIDE - 1, SIDE - 1)):
+        start = float(phases[column]), float(speeds[line])
+        assert pixel_centre(window, SIDE, *start) == start
+    assert pixel_centre(window, SIDE, 1.7, -0.25) == (float(phases[-1]), float(speeds[-1]))
 
 
 def test_the_label_of_one_start_is_that_of_its_pixel() -> None:
