@@ -36,7 +36,6 @@ from bouncing_disk_ros.maps.lanes.lane_table import (
     assign_lane,
     chatter_outcome,
     chosen,
-    in_slices,
     lane,
     lane_entry,
     scratch,
@@ -396,8 +395,6 @@ def label_lanes(
     known: KnownPoints,
     rule: LaneRule,
     found: StartLabels,
-    *,
-    workers: int = 1,
 ) -> None:
     """Label starts by the attractor that they go to.
 
@@ -414,13 +411,7 @@ def label_lanes(
     The start itself is not compared. Where points are nearer to each other than the tolerance, the
     one that continues the run counts, else the first. found (n,) each, label and impacts int32:
     impacts after the start up to the decision, and their time; under rule 1 up to the last impact
-    that was found by itself. A label depends on its own start alone, not on order, company or the
-    number of threads (`workers`). All arrays are C-contiguous; nothing is checked.
+    that was found by itself. A label depends on its own start alone, not on order or company. All
+    arrays are C-contiguous; nothing is checked.
     """
-
-    def work(part: slice) -> None:
-        mine = StartLabels(found.label[part], found.impacts[part], found.time[part])
-        z = scratch(_FIELDS)
-        _label_lanes(z, tau[part], w[part], forcing, restitution, known, rule, mine)
-
-    in_slices(work, len(tau), workers)
+    _label_lanes(scratch(_FIELDS), tau, w, forcing, restitution, known, rule, found)

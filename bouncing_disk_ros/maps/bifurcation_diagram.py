@@ -123,14 +123,13 @@ def from_starts(
     settling: int = SETTLING,
     measured: int = MEASURED_IMPACTS,
     kept: int = KEPT,
-    workers: int = 1,
 ) -> Branch:
     """The attractors that the same starts reach at each value; arguments as in `follow`.
 
-    All trajectories are iterated together in lanes, on so many threads
-    (`maps.lanes.attractor_lanes`): a trajectory has the same bits with any other values
-    and starts and any `workers`, but roundings other than those of `follow`. In chaos these grow:
-    such trajectories agree in their means alone, to the precision of the impacts measured.
+    All trajectories are iterated together in lanes (`maps.lanes.attractor_lanes`): a trajectory has
+    the same bits with any other values and starts, but roundings other than those of `follow`. In
+    chaos these grow: such trajectories agree in their means alone, to the precision of the impacts
+    measured.
     """
     from bouncing_disk_ros.maps.lanes.attractor_lanes import (
         measure_attractors,  # loads kernels
@@ -150,7 +149,7 @@ def from_starts(
         rows = np.empty((len(states[part]), kept, ORBIT_TURNED + 1))
         results = np.empty((len(rows), MEASURED + 1))
         given = (parameters[part], settling, measured)
-        measure_attractors(states[part], *given, rows, results, workers=workers)
+        measure_attractors(states[part], *given, rows, results)
         _fill(branch, part, rows, results, states[part])
     _leave_out_unknown_speeds(branch, sections, measured)
     return branch

@@ -39,7 +39,6 @@ from bouncing_disk_ros.maps.lanes.lane_table import (
     TRAJECTORY,
     W,
     assign_lane,
-    in_slices,
     lane,
     lane_entry,
     lane_turn,
@@ -374,20 +373,13 @@ def measure_attractors(
     measured: int,
     out: NDArray[np.float64],
     results: NDArray[np.float64],
-    *,
-    workers: int = 1,
 ) -> None:
-    """`rotation_map.measure_attractor` for n trajectories, on so many threads.
+    """`rotation_map.measure_attractor` for n trajectories.
 
     states (n, 5): τ, w, α̇ and a tangent vector, replaced by the last ones. parameters (n, 4): Γ, ε,
     θ and Γ_T > 0. out (n, kept, 6): the last `kept` ≤ measured impacts; nan for a disk at rest for
     good. results (n, 5). settling ≥ 0, measured ≥ 1; all arrays are C-contiguous; nothing is
-    checked. A trajectory has the same bits in any order, company and number of threads; those of
+    checked. A trajectory has the same bits in any order and company; those of
     `measure_attractor` differ by roundings, which chaos magnifies.
     """
-
-    def work(part: slice) -> None:
-        given = (states[part], parameters[part], settling, measured)
-        _measure_attractors(scratch(_FIELDS), *given, out[part], results[part])
-
-    in_slices(work, len(states), workers)
+    _measure_attractors(scratch(_FIELDS), states, parameters, settling, measured, out, results)

@@ -19,7 +19,6 @@ from bouncing_disk_ros.maps.lanes.lane_table import (
     TRAJECTORY,
     W,
     assign_lane,
-    in_slices,
     lane,
     lane_entry,
     scratch,
@@ -90,23 +89,16 @@ def iterate_axial(
     restitution: NDArray[np.float64],
     impacts: int,
     counts: NDArray[np.int64],
-    *,
-    workers: int = 1,
 ) -> None:
-    """Iterate trajectories `impacts` times, on so many threads; the same for any number of them.
+    """Iterate trajectories `impacts` times.
 
     tau, w (n,): states at an impact, replaced by the final ones; nan where contact lasts for good.
     forcing, restitution (n,): Γ ≥ 0 and ε in [0, 1]. counts (n, 2) int64: the numbers of completed
     chatters with contact (COUNT_CONTACTS) and of rests (COUNT_RESTS) are added to it. All arrays
     are C-contiguous; nothing is checked.
     """
-
-    def work(part: slice) -> None:
-        states = (tau[part], w[part], forcing[part], restitution[part])
-        _iterate_axial(scratch(FIELDS), *states, impacts, counts[part])
-
     if impacts > 0:
-        in_slices(work, len(tau), workers)
+        _iterate_axial(scratch(FIELDS), tau, w, forcing, restitution, impacts, counts)
 
 
 def iterated(

@@ -27,7 +27,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -134,23 +133,6 @@ def scratch(fields: int) -> NDArray[np.float64]:
     z = np.zeros(fields * LANES + 8)
     shift = (-z.ctypes.data // 8) % 8
     return z[shift : shift + fields * LANES]
-
-
-def in_slices(work: Callable[[slice], object], n: int, workers: int) -> None:
-    """Do `work` on all of range(n) by slices, on threads of their own if workers > 1.
-
-    Work that releases the GIL, writes to its slice alone and reads nothing else of what is
-    written gives the same results for any number of workers. The slices are smaller than the shares
-    of the workers, for starts differ in cost. The first error is raised.
-    """
-    if workers <= 1:
-        work(slice(0, n))
-        return
-    size = max(4 * LANES, -(-n // (8 * workers)))
-    slices = [slice(first, min(first + size, n)) for first in range(0, n, size)]
-    with ThreadPoolExecutor(workers) as pool:
-        for _ in pool.map(work, slices):
-            pass
 
 
 @lane

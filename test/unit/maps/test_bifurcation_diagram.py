@@ -32,14 +32,14 @@ def test_the_way_down_may_differ_from_the_way_up() -> None:
 
 
 def test_starts_together_are_starts_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Beside `follow` from each of them; in pieces and on threads to the bit."""
+    """Beside `follow` from each of them; in pieces to the bit."""
     starts = [MapState(0.3 * k, -0.2 * k, 0.1 * k) for k in range(1, 12)]
     values, section = np.array([0.3, 0.4, 0.45, 0.5]), NextCollisionMap(0.335, 0.5, -0.4, 30.0)
     counts = {"settling": 3000, "measured": 64, "kept": 20}
     whole = from_starts(section, "axial_forcing", values, starts, **counts)
     monkeypatch.setattr(bifurcation_diagram, "LEAST_TOGETHER", 5)
     monkeypatch.setattr(bifurcation_diagram, "ROWS_TOGETHER", 1)
-    pieces = from_starts(section, "axial_forcing", values, starts, **counts, workers=2)
+    pieces = from_starts(section, "axial_forcing", values, starts, **counts)
     for one, other in zip(whole, pieces, strict=True):
         assert one.tobytes() == other.tobytes()
     for i, value in enumerate(values):
