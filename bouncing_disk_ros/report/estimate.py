@@ -171,11 +171,10 @@ def change_of(y: Column, x: Column, ratio: float, resolution: float = 0.0) -> in
 # Restitution and friction estimated from recorded impacts alone, with 95 % intervals.
 #
 # The impact law (docs/model.md): a disk that meets the platform with the relative velocity w_A
-# leaves
-# it with −ε w_A; the axial impulse is F̂ = m (1 + ε) |w_A|; friction removes slip up to its limit,
-# |Ĥ| = min(m a_g² |w_T|, μ a_e F̂). All rows may have errors in all columns: see `ratio` for what
-# is
-# assumed of them. Systematic errors (a wrong mass, a wrong platform motion) are not seen.
+# leaves it with −ε w_A; the axial impulse is F̂ = m (1 + ε) |w_A|; friction removes slip up to its
+# limit, |Ĥ| = min(m a_g² |w_T|, μ a_e F̂). All rows may have errors in all columns: `ratio_estimate`
+# says what is assumed of them. Systematic errors (a wrong mass, a wrong platform motion) are not
+# seen.
 
 
 SURELY = 3.0

@@ -139,7 +139,7 @@ def attractor_name(kind: int, impacts: int, cycles: int) -> str:
 # The distance of two attractors is that of their points: the mean way from the points of each to
 # the nearest one of the other, the larger of the two. Through a doubling, and from a cascade into
 # its chaotic band, it grows from 0. Where two attractors are near one, the nearest pair is joined
-# first. The attractor with contact is always one line: there is at most one, as said above.
+# first. The attractor with contact is always one line: there is at most one.
 
 
 class Seen(NamedTuple):

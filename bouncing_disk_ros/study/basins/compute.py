@@ -50,6 +50,7 @@ SIDES = (64, 1024)
 REGIONS = 16
 """A map is cut into about so many regions, if their sides allow it."""
 _KINDS = list(AttractorKind)
+_INTERVAL = "half-width of the interval of 95 %, at these distances"
 
 
 class Basins(Study):
@@ -73,10 +74,10 @@ class Basins(Study):
         "basin_entropy": ("1", "basin entropy, mean over squares of 5 × 5 pixels"),
         "boundary_basin_entropy": ("1", "basin entropy of the squares that hold several labels"),
         "uncertainty_exponent": ("1", "uncertainty exponent of the boundary"),
-        "uncertainty_exponent_error": ("1", "standard error of the uncertainty exponent"),
+        "uncertainty_exponent_error": ("1", _INTERVAL),
         "box_dimension": ("1", "box dimension of the boundary"),
-        "box_dimension_error": ("1", "standard error of the box dimension"),
-        "boundary_distance": ("pixel", "distance that the boundary was measured at"),
+        "box_dimension_error": ("1", _INTERVAL),
+        "boundary_distance": ("pixel", "distance, and side of the squares"),
         "uncertain_fraction": ("1", "share of pixels with another label at the distance"),
         "missed_attractor_name": (
             "1",
@@ -235,8 +236,7 @@ class Basins(Study):
         missed = missed_attractors(self._map, found, np.stack((tau, w), axis=1))
         if not missed:
             return {}
-        about = {"long_name": "attractors the search missed; unresolved starts lead to them"}
-        return {"missed_attractor_name": ("missed", [one.name for one in missed], about)}
+        return {"missed_attractor_name": ("missed", [one.name for one in missed])}
 
     def _unresolved_places(self, labels: LabelMap) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Rows and columns of unresolved pixels, of the first block of rows that has some."""
@@ -254,16 +254,14 @@ class Basins(Study):
         entropy = basin_entropy(labels)
         alpha = uncertainty_exponent(labels, periodic=self.whole_period)
         dimension = box_dimension(labels, periodic=self.whole_period)
-        interval = {"long_name": "half-width of the interval of 95 %, at these distances"}
-        pixels = {"long_name": "distance, and side of the squares", "units": "pixel"}
         return {
             "basin_entropy": ((), entropy.basin),
             "boundary_basin_entropy": ((), entropy.boundary),
             "uncertainty_exponent": ((), alpha.exponent),
-            "uncertainty_exponent_error": ((), alpha.uncertainty, interval),
+            "uncertainty_exponent_error": ((), alpha.uncertainty),
             "box_dimension": ((), dimension.exponent),
-            "box_dimension_error": ((), dimension.uncertainty, interval),
-            "boundary_distance": ("distance", alpha.sizes, pixels),
+            "box_dimension_error": ((), dimension.uncertainty),
+            "boundary_distance": ("distance", alpha.sizes),
             "uncertain_fraction": ("distance", alpha.counts),
         }
 
