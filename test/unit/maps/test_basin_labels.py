@@ -1,11 +1,10 @@
-"""Basins: starts without an end, times, uncertainties of shares, errors of threads."""
+"""Basins: starts without an end, times, uncertainties of shares, clear errors."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-import pytest
 
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors
@@ -16,7 +15,6 @@ from bouncing_disk_ros.maps.basin_labels import (
     label_starts,
     shares,
 )
-from bouncing_disk_ros.maps.lanes.lane_table import LANES, in_slices
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 
 
@@ -73,12 +71,3 @@ def test_share_of_a_half_plane_has_the_error_of_its_boundary() -> None:
     one = shares(labels, 2)[1]
     assert one.fraction == 0.5
     assert one.uncertainty == 0.5 * math.sqrt(80) / 8000
-
-
-def test_the_first_error_of_a_thread_is_raised() -> None:
-    def work(part: slice) -> None:
-        if part.start > 0:
-            raise ValueError(f"at {part.start}")
-
-    with pytest.raises(ValueError, match=f"at {4 * LANES}$"):
-        in_slices(work, 20 * LANES, 2)
