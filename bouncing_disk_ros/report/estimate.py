@@ -172,7 +172,7 @@ def change_of(y: Column, x: Column, ratio: float, resolution: float = 0.0) -> in
 #
 # The impact law (docs/model.md): a disk that meets the platform with the relative velocity w_A
 # leaves it with −ε w_A; the axial impulse is F̂ = m (1 + ε) |w_A|; friction removes slip up to its
-# limit, |Ĥ| = min(m a_g² |w_T|, μ a_e F̂). All rows may have errors in all columns: `ratio_estimate`
+# limit, |Ĥ| = min(m a_g² |w_T|, μ a_e F̂). All rows may have errors in all columns: `ratio_of`
 # says what is assumed of them. Systematic errors (a wrong mass, a wrong platform motion) are not
 # seen.
 

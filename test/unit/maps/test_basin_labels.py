@@ -1,4 +1,4 @@
-"""Basins: starts without an end, times, uncertainties of shares, errors of threads."""
+"""Basins: starts without an end, times, uncertainties of shares, clear errors."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ import pytest
 
 from bouncing_disk_ros.core.model import Phase
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.best_toss import extreme, ridge
+from bouncing_disk_ros.maps.best_toss import MEASURES, extreme, height_of, ridge
 from bouncing_disk_ros.maps.single_toss import (
     TOSS_NONE,
     TOSS_SLID,
@@ -24,6 +24,7 @@ from bouncing_disk_ros.maps.toss_paths import toss_paths, toss_trajectory
 from bouncing_disk_ros.maps.tosses import (
     CODES,
     LOWEST,
+    MEASURES,
     PAPER,
     PAPER_DISK,
     Toss,
@@ -36,6 +37,18 @@ from bouncing_disk_ros.maps.tosses import (
 EPS = float(np.finfo(float).eps)
 OMEGA = math.tau * PAPER.frequency
 WEAK = PAPER._replace(arc_amplitude=0.02)  # c ω² < g: never leaves
+
+
+def test_one_toss_without_arrays_has_the_bits_of_the_map() -> None:
+    speed, tau = 3.0, -1e-17
+    lags, angles = np.linspace(-3.0, 3.0, 5), np.array([0.0, 0.3, 0.8, 1.2, 1.5])
+    found = toss(lags[:, None], angles, angular_velocity=speed, forcing_phase=tau)
+    for measure in MEASURES:
+        height = height_of(measure, PAPER, speed, tau)
+        one = [[height(float(lag), float(angle)) for angle in angles] for lag in lags]
+        table = getattr(found, measure)
+        np.testing.assert_array_equal(one, table if measure == "efficiency" else np.abs(table))
+        assert not np.isnan(table).all()
 
 
 def test_how_a_toss_ends() -> None:
