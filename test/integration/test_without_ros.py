@@ -65,8 +65,8 @@ def test_library_bags_studies_the_demonstration_and_the_workbench_are_there(
     assert node.output.count(" ended with 0\n") == len(lines)
     assert node.output.count(" ended with 2\n") == len(WRONG)
     assert len(node.complaints) == len(WRONG), node.output
-    for complaint, (_, told) in zip(node.complaints, WRONG, strict=True):
-        assert re.search(told, complaint)
+    for complaint, (_, pattern) in zip(node.complaints, WRONG, strict=True):
+        assert re.search(pattern, complaint)
     assert (tmp_path / "run_report.html").is_file()
     assert (tmp_path / "run_recovered" / "metadata.yaml").is_file()
     node.wait_for("^replay identical: ")
