@@ -17,12 +17,12 @@ TEST = Path(__file__).resolve().parents[1]
 
 @pytest.fixture(scope="module")
 def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """The address of a scheduler with two worker processes that know the tests' studies."""
+    """The address of a scheduler with a worker process that knows the tests' studies."""
     distributed = pytest.importorskip("distributed")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PYTHONPATH", f"{TEST.parent}:{TEST}")
         with distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None,
+            n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None,
             scheduler_kwargs={"dashboard_address": ":0"},  # not 8787, which another test may take
             local_directory=str(tmp_path_factory.mktemp("dask")), silence_logs=50,
         ) as cluster:  # fmt: skip

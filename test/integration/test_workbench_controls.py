@@ -14,7 +14,6 @@ from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.testing import SteppedSimulator
 from bouncing_disk_ros.topics import MOTION_NAMES
-from bouncing_disk_ros.workbench import ros_link
 from bouncing_disk_ros.workbench.actions import Lifecycle
 from bouncing_disk_ros.workbench.control_pane import DISK_CONTROLS, MOTION_CONTROLS
 from bouncing_disk_ros.workbench.page import Page
@@ -154,18 +153,8 @@ def test_a_refusal_is_shown_in_the_nodes_own_words(bench: Bench) -> None:
     bench.wait(lambda: "a finite impulse up to" in model(bench.document, "messages").text)
 
 
-class Idle:
-    """In place of a process: it runs until it is ended."""
-
-    def __init__(self, *_: str) -> None:
-        self.code: int | None = None
-
-    def end(self) -> None:
-        self.code = 0
-
-
 def test_juggling_is_a_process_that_ends_when_it_is_stopped(
-    bench: Bench, warm_juggling: None, monkeypatch: pytest.MonkeyPatch
+    bench: Bench, warm_juggling: None
 ) -> None:
     """Another strategy, or another real-time factor, takes its place; a new run ends it."""
     keeper, history = bench.link._juggler, bench.link.history
@@ -185,7 +174,6 @@ def test_juggling_is_a_process_that_ends_when_it_is_stopped(
     assert first is not None
     bench.wait(lambda: model(bench.document, "juggle").label == "Stop")
     bench.wait(lambda: history.juggling.startswith("impact_time: not captured: "))
-    monkeypatch.setattr(ros_link, "Child", Idle)  # the first one is a process
     change(bench.document, "slow", "active", 1)
     bench.wait(lambda: bench.values()["real_time_factor"] == 0.5)
     bench.link.tick()

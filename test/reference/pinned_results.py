@@ -127,13 +127,19 @@ def observed(name: str, what: str) -> Any:
     return getattr(results.Observed(**RUNS[name]), what)()
 
 
+OTHERS = ("basins 0", "basins 3", "basins 5", "bifurcation 4", "bifurcation 6", "basin_shares 2",
+          "toss_map 1")  # fmt: skip
+"""Studies that take the way of another one with other numbers."""
+
+
 def runs() -> Runs:
     """All of this file."""
     for name, many in STUDIES.items():
         for number, given in enumerate(many):
             work = partial(studied, name, given)
             in_lanes = name not in ("bifurcation", "toss_paths") or "starts" in given
-            yield PinnedRun("study", f"{name} {number}", work, in_lanes)
+            title = f"{name} {number}"
+            yield PinnedRun("study", title, work, in_lanes, is_another=title in OTHERS)
     for name, given in BAGS.items():
         yield PinnedRun("bag", name, partial(bag_content, given))
     for name in ("defaults", "inputs of every kind"):

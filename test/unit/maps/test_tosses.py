@@ -24,7 +24,6 @@ from bouncing_disk_ros.maps.toss_paths import toss_paths, toss_trajectory
 from bouncing_disk_ros.maps.tosses import (
     CODES,
     LOWEST,
-    MEASURES,
     PAPER,
     PAPER_DISK,
     Toss,

@@ -72,15 +72,12 @@ def labelled(
     points: Floats,
     of: Any,
     cap: int,
-    workers: int = 1,
     repetitions: int = 1,
 ) -> tuple[NDArray[np.int32], NDArray[np.int32], Floats]:
     n = len(tau)
     out = StartLabels(np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n))
     rule = LaneRule(1e-3, 4.0, CONTACT, REST, cap)
-    label_lanes(
-        tau, w, forcing, 0.5, known_points(points, of, repetitions), rule, out, workers=workers
-    )
+    label_lanes(tau, w, forcing, 0.5, known_points(points, of, repetitions), rule, out)
     return out.label, out.impacts, out.time
 
 
