@@ -29,6 +29,7 @@ from bouncing_disk_ros.measured.predict import (
     Draws,
     draws_of,
     interval_of,
+    is_reached,
     part_possible,
     predicted,
     rest_parameters,
@@ -115,12 +116,12 @@ def fit_impacts(
 
 
 class _Sequence(NamedTuple):
-    """Data without false hits and with missed impacts, their fit, their chain and its evidence."""
+    """A chain of impacts, its data (no false hits, but missed ones), their fit, and draws of it."""
 
+    chain: Chain
     data: Data
     profiles: Profiles
-    chain: Chain
-    evidence: float
+    draws: Draws
 
 
 @dataclass(frozen=True)
@@ -174,9 +175,11 @@ class _Known:
         if self.height == 0.0 and self.gravity * typical**2 / 8.0 > _HIGHEST:
             hint = "Milliseconds? Divide by 1000, or call the column of a text time_ms."
             raise InputError("times", f"flights of {typical:.4g} s", "times in seconds", hint)
-        data, profiles, chain, evidence = self._in_sequence(recording, errors)
+        found = self._in_sequence(recording, errors)
+        if self.frequency > 0.0:
+            found = self._with_contacts(found, recording, errors)
+        chain, data, profiles, draws = found
         rejected = np.delete(recording.times, chain.kept)
-        draws = draws_of(profiles)
         parameters = self._parameters(profiles, draws)
         other = self._other_frequency(recording, errors, profiles)
         better = f"the times fit {other:.5g} Hz better" if other > 0.0 else ""
@@ -200,7 +203,7 @@ class _Known:
             recording.name, self.frequency / math.tau, self.gravity, self.height, parameters, times,
             np.where(missed, np.nan, data.times[hits] - times), missed, rejected,
             flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0], contacts, probability,
-            part_possible(profiles, draws), other, math.exp(-max(evidence, 0.0)),
+            part_possible(profiles, draws), other, self._chance(found, recording),
             self._second(recording, errors, chain),
             _untold(parameters) if is_told else tuple(parameters), laws,
             predicted(profiles, draws) if is_told else NOTHING, profiles, recording.sound,
@@ -223,12 +226,39 @@ class _Known:
             if self.frequency == 0.0 or chain.holds_all(len(times)):
                 break
             found = self._chain(times, [profiles.estimate])
-        return _Sequence(data, profiles, chain, evidence_of(profiles, self._odd(times, chain)))
+        return _Sequence(chain, data, profiles, draws_of(profiles))
 
-    def _odd(self, times: Array, chain: Chain) -> int:
-        """Hits that are left out, missed impacts and contacts."""
-        heard = len(self._heard(times))
-        return heard - len(chain.kept) + len(chain.missed) + len(chain.contacts)
+    def _with_contacts(
+        self, found: _Sequence, recording: Recording, errors: Array | None
+    ) -> _Sequence:
+        """The fit with a contact wherever chatter may have ended unheard.
+
+        Few impacts can fit a flight there as well: with other parameters, and too short intervals.
+        So nothing is fitted across it, unless that fit itself refutes the contact: the flight after
+        it does not reach the next hit. What hits of no law explain as well is refuted as it is.
+        """
+        if not self._chance(found, recording) <= REFUTED:
+            return found
+        hits, profiles = recording.times[found.chain.kept], found.profiles
+        _, speeds = flights_of(profiles.best.times, profiles.estimate, self.gravity)
+        after = -profiles.estimate[RESTITUTION] * speeds[~found.data.missed[1:-1], 0]
+        places = found.chain.unheard_ends(hits, after, self.gravity)
+        while len(places):
+            chain = found.chain.with_contacts(places, hits)
+            data = self._data(recording, errors, chain)
+            profiles = self._profiles(recording.name, data)
+            other = _Sequence(chain, data, profiles, draws_of(profiles))
+            is_likely = [is_reached(other.draws, self.gravity, *hits[k : k + 2]) for k in places]
+            if all(is_likely):
+                return other
+            places = places[is_likely]
+        return found
+
+    def _chance(self, found: _Sequence, recording: Recording) -> float:
+        """Probability, at most, of flights as likely as these if the hits follow no law."""
+        chain, heard = found.chain, len(self._heard(recording.times))
+        odd = heard - len(chain.kept) + len(chain.missed) + len(chain.contacts)
+        return math.exp(-max(evidence_of(found.profiles, odd), 0.0))
 
     def _second(self, recording: Recording, errors: Array | None, chain: Chain) -> ImpactFit | None:
         """The fit of the hits that a chain leaves out; None where they are no flights.

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bouncing_disk_ros.measured.kernels.chains import contact_landings
 from bouncing_disk_ros.measured.kernels.likelihood import solve_factored
 from bouncing_disk_ros.measured.kernels.rest_laws import AMPLITUDE, FREQUENCY, PHASE, RESTITUTION
 from bouncing_disk_ros.measured.profiles import LEVEL, Array, Interval, Node, Profiles
@@ -116,6 +117,22 @@ def part_possible(profiles: Profiles, draws: Draws) -> float:
         below = height < a * np.sin(w * (start + part * duration) + phase)
         is_possible &= ~below.any(axis=1)
     return float(is_possible.mean())
+
+
+def is_reached(draws: Draws, gravity: float, before: float, hit: float) -> bool:
+    """Whether a hit can be the first one after a contact that began with the one before.
+
+    That is among the landings of the draws, at the level of the intervals. The disk leaves at the
+    first or second separation.
+    """
+    landings = np.empty(len(draws.times))
+    contact_landings(before, draws.parameters, gravity, landings)
+    landings = landings[np.isfinite(landings)]
+    if len(landings) < (1.0 - LEVEL) * len(draws.times):
+        return False
+    period = math.tau / float(draws.parameters[:, FREQUENCY].mean())
+    low, high = np.percentile(landings, [_TAIL, 100.0 - _TAIL])
+    return bool(low <= hit <= high or low <= hit - period <= high)
 
 
 def rest_parameters(

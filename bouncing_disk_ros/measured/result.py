@@ -137,8 +137,8 @@ class ImpactFit:
         """Parameters of the simulator.
 
         InputError where the data do not tell them, or tell a law that it does not have or another
-        frequency, or two sequences, or where `probability` or `possible` is below 1 %, or `chance`
-        above: the model is refuted.
+        frequency, or two sequences, or where `probability` is below 1 %, or `chance` above, or
+        `possible` is below 95 %: no interval of 95 % can hold there.
         """
         if self.untold:
             given, hint = ", ".join(self.untold), "Record a transient, or more impacts"
@@ -155,10 +155,10 @@ class ImpactFit:
             allowed = f"{self.other_frequency:.5g} Hz, which the times fit better"
             hint = "Is the frequency right? Was the disk in contact?"
             raise InputError("preset", f"{self.frequency:g} Hz", allowed, hint)
-        if self.possible < REFUTED:
+        if self.possible < LEVEL:
             given = f"flights above the platform with the probability {self.possible:.2g}"
             hint = "The model does not hold: a contact was not found, or the frequency is wrong."
-            raise InputError("preset", given, f"a probability of at least {REFUTED}", hint)
+            raise InputError("preset", given, f"a probability of at least {LEVEL}", hint)
         if self.chance > REFUTED:
             given = f"flights that hits of no law have with a probability up to {self.chance:.2g}"
             hint = "The model does not hold: too many hits are left out, or the scatter is large."

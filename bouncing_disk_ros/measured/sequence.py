@@ -11,7 +11,7 @@ one costs `ODD`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +52,29 @@ class Chain:
             np.array_equal(self.kept, other.kept)
             and len(self.missed) == len(other.missed)
             and np.array_equal(self.contacts, other.contacts)
+        )
+
+    def unheard_ends(self, hits: Array, speeds: Array, gravity: float) -> NDArray[np.int64]:
+        """Places in `kept` of hits after which chatter may have ended, with no hit heard any more.
+
+        The flights before shrink. If the next ones did too, the first would be shorter than any
+        that was heard, and all would be over before the next hit. The disk leaves no faster than
+        for such a flight. `hits`: times of `kept`; `speeds`: those that the restitution gives all
+        but the first and the last of them, m/s.
+        """
+        flights = np.diff(hits)
+        least, last, ratios = flights.min(), flights[1:-1], flights[1:-1] / flights[:-2]
+        may_end = (speeds[1:] > 0.0) & (2.0 * speeds[1:] < gravity * least)
+        may_end &= (ratios < 1.0) & (last * ratios < least)
+        may_end &= last * ratios < (1.0 - ratios) * flights[2:]
+        known = self.contacts[:, None] + np.arange(3)
+        return np.setdiff1d(np.flatnonzero(may_end) + 2, known)
+
+    def with_contacts(self, places: NDArray[np.int64], hits: Array) -> Chain:
+        """The chain with a contact after each of these hits, and nothing missed there."""
+        is_missed = ~np.isin(np.searchsorted(hits, self.missed) - 1, places)
+        return replace(
+            self, contacts=np.union1d(self.contacts, places), missed=self.missed[is_missed]
         )
 
 

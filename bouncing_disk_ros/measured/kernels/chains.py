@@ -291,3 +291,19 @@ def likeliest_chain(
                 found[2] += 1
         j, slot = before, source
     return least
+
+
+@entry(f"void(float64, float64[:, ::1], float64, {_ARRAY})")
+def contact_landings(
+    at: float, candidates: NDArray[np.float64], g: float, landings: NDArray[np.float64]
+) -> None:
+    """Fill landings (G) with times after a contact that ends at the first separation after `at`.
+
+    nan where the disk with parameters candidates (G, 6) never comes into contact.
+    """
+    for i in range(landings.size):
+        own = candidates[i]
+        angle, _, flight = _separation(own, g)
+        w, phase = own[FREQUENCY], own[PHASE]
+        turn = ceil((w * at + phase - angle) / tau)
+        landings[i] = (angle + tau * turn - phase) / w + flight

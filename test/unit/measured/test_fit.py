@@ -477,7 +477,7 @@ def test_what_refutes_the_model_leaves_no_preset(tmp_path: Path) -> None:
         assert yaml.safe_load(text)
     for changes, words in (
         ({"probability": 0.0099}, r"preset: got 'residuals.*at least 0\.01"),
-        ({"possible": 0.005}, r"above the platform with the probability 0\.005"),
+        ({"possible": 0.94}, r"above the platform with the probability 0\.94"),
         ({"chance": 0.011}, r"hits of no law have with a probability up to 0\.011"),
     ):
         with pytest.raises(InputError, match=words):
@@ -500,13 +500,18 @@ def test_hits_of_no_law_have_no_model() -> None:
         assert fit_impacts(np.sort(np.concatenate([kept, false]))).chance < 1e-4
 
 
-def test_a_wrong_restitution_from_one_chatter_is_doubtful() -> None:
-    """Nine impacts of a chatter, and one after the contact: flights below the platform tell it."""
-    run = simulate(0.3, axial_forcing=0.82, frequency=20.0, restitution=0.5, initial_height=0.0036)
+@pytest.mark.parametrize("seed", [2, 6])
+def test_nothing_is_fitted_where_chatter_may_have_ended_unheard(seed: int) -> None:
+    """Nine impacts of a chatter, and one after it: a flight there gave ε = 0.35 and 0.32."""
+    height = 0.001 + 0.0013 * seed
+    run = simulate(0.3, axial_forcing=0.82, frequency=20.0, restitution=0.5, initial_height=height)
     exact = run.impacts["time"][run.impacts["count"] == 1][:10]
-    seen = exact + 1e-5 * np.random.default_rng(2).standard_normal(10)
-    fit = fit_impacts(np.unique(seen), frequency=20.0)
-    assert fit["restitution"].low < 0.5 < fit["restitution"].high or "doubtful" in fit.doubt
+    seen = np.unique(exact + 1e-5 * np.random.default_rng(seed).standard_normal(10))
+    fit = fit_impacts(seen, frequency=20.0)
+    assert fit["restitution"].low < 0.5 < fit["restitution"].high
+    assert len(fit.contacts) == 1
+    with pytest.raises(InputError, match="preset"):
+        _ = fit.preset
 
 
 @pytest.mark.parametrize("later", [0.13, 4.0])
@@ -525,6 +530,7 @@ def test_two_balls_or_drops_are_two_sequences(later: float) -> None:
         _ = fit.preset
 
 
+<<<<<<< HEAD
 @pytest.mark.parametrize(
     ("part", "count"),
     [
@@ -541,6 +547,21 @@ def test_a_wrong_frequency_is_said_and_leaves_no_preset(part: float, count: int)
     assert "does not hold: the times fit" in fit.doubt
     with pytest.raises(InputError, match="preset"):
         _ = fit.preset
+=======
+@pytest.mark.parametrize("part", [0.5, 2.0, 1.01, 1.001])
+def test_a_wrong_frequency_is_said_and_leaves_no_preset(part: float) -> None:
+    """20 impacts at 20 Hz: ε was 0.66, 0.99, 0.79 and 0.70 with a preset for three of these."""
+    times, _ = vibrating(np.random.default_rng(3), 8, 20, 0.8, 0.7, 0.003, skip=30)
+    seen = times[0] + 1e-5 * np.random.default_rng(0).standard_normal(20)
+    try:
+        fit = fit_impacts(seen, frequency=20.0 * part)
+        said = fit.doubt
+        with pytest.raises(InputError, match="preset"):
+            _ = fit.preset
+    except FailedError as error:  # rounding decides to which end a search with a wrong model comes
+        said = str(error)
+    assert re.search(r"the times fit (20|20\.00\d*|19\.99\d*) Hz better", said)
+>>>>>>> fit
 
 
 def test_a_better_frequency_is_named_where_no_model_fits() -> None:
