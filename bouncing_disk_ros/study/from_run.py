@@ -70,16 +70,22 @@ def of_preset(
 
     `takes_loads`: as in `numbers`.
 
-    Raises InputError for a preset that cannot be read, or whose values the study cannot use.
+    Raises InputError for a preset that cannot be read, whose values the study cannot use, or whose
+    platform does not move up and down where such a motion is wanted.
     """
     preset = load_preset(name)
     whole = parameters.complete(preset)
     values = numbers(motion_of(whole), Disk.of(whole), takes_loads=takes_loads)
-    return {
+    taken = {
         key: _checked(name, "preset", spec, float(values[key]))
         for key, spec in wanted.items()
         if not preset.keys().isdisjoint(_DECIDED_BY.get(key, (key,)))
     }
+    for key in FORCING:
+        if taken.get(key) == 0.0:
+            allowed = "a preset in which the platform moves up and down"
+            raise InputError("preset", name, allowed, f"Give {key}:=... too.")
+    return taken
 
 
 def read_bag(
