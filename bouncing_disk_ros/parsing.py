@@ -134,7 +134,7 @@ def _cells(line: str) -> list[str]:
 def number_of(text: str) -> float | None:
     """The number that a cell of a table is; None: another text."""
     try:
-        return float(text)
+        return None if "_" in text else float(text)  # Python's 1_0 is 10
     except ValueError:
         return None
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bouncing_disk_ros.core.offset import Offset
+from bouncing_disk_ros.core.offset import CONSTANT, Lane, Offset, Plan, hold
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.trajectory_validation import splice_of
@@ -46,7 +46,7 @@ class RecordedTrajectories:
         except ValueError as error:
             given = f"of no offset ({error})"
             raise InputError("snapshot", given, "offset trajectories of a run") from None
-        if known is None or known.trimmed(now) != found:
+        if known is None or _held(known.trimmed(now)) != _held(found):
             self.note_offset()
             self._entries.append((now, found))
 
@@ -64,3 +64,14 @@ class RecordedTrajectories:
         """A reset ends all offsets."""
         if self._entries and self._newest != Offset():
             self._entries.append((now_ns, Offset()))
+
+
+def _held(offset: Offset) -> Offset:
+    """The same offset, with a hold that it begins with from time 0 on: only a reset dates it."""
+    lanes = []
+    for first, *later in (lane.plans for lane in offset):
+        head = first.segments[0]
+        if head.degree == CONSTANT:
+            first = Plan((hold(0, head.start.position),))
+        lanes.append(Lane((first, *later)))
+    return Offset(*lanes)

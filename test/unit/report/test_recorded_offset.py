@@ -93,6 +93,26 @@ def test_without_inputs_an_offset_makes_restitution_unknown(recorded: Recorded) 
     )
 
 
+def test_a_snapshot_after_a_reset_is_no_trajectory() -> None:
+    """A report counted it as one that was accepted."""
+    records: list[dict[str, Any]] = []
+    session = Session(parameters.complete({}), records.append, paused=True)
+    for reset in (True, False):
+        at = session.time_ns
+        knot = Knot(at + NS // 2, OffsetState(0.01), CUBIC)
+        session.trajectory(Splice(at, (knot,), None))
+        session.advance(at + NS)
+        if reset:
+            session.reset()
+    session.snapshot()
+    record = RunRecord(UNKNOWN_DISK)
+    builder = RunRecordBuilder(record)
+    for one in records:
+        builder.take("disk/inputs", Parsed(0, one))
+    times = [at for at, _ in record.offsets]
+    assert times == [0, 0, NS, NS]
+
+
 def test_between_a_lost_record_and_the_next_snapshot_the_offset_is_not_known(
     recorded: Recorded,
 ) -> None:
