@@ -75,11 +75,11 @@ def ubuntu() -> str:
     return python
 
 
-def passes(python: str, *tests: str) -> None:
+def passes(python: str, *tests: str, **changes: str) -> None:
     """Run tests on the tree; the package is not installed there, so its plugin is named."""
     options = ("-q", "-p", "no:cacheprovider", "-p", "bouncing_disk_ros.testing")
     patient = "--timeout=900"  # kernels are compiled for this numba first
-    settings = {"PYTHONPATH": str(ROOT), "AMENT_PREFIX_PATH": str(VENV)}
+    settings = {"PYTHONPATH": str(ROOT), "AMENT_PREFIX_PATH": str(VENV), **changes}
     done = run(python, "-m", "pytest", *options, patient, *tests, **settings)
     assert done.returncode == 0, done.stdout[-10000:]
 
@@ -94,4 +94,4 @@ def test_every_file_of_tests_is_collected(ubuntu: str) -> None:
 
 def test_results_are_those_of_the_newest_versions(ubuntu: str) -> None:
     """Runs are pinned to the bit: which versions compiled and ran them must not show."""
-    passes(ubuntu, "test/reference/test_pinned.py")
+    passes(ubuntu, "test/reference/test_pinned.py", EXAMPLES="1")  # all of them
