@@ -223,7 +223,8 @@ def start_of(
     cycles += target.frequency * (earliest_ns - motion.end_ns) / NS
     cycles += _cycles_gained(programme.targets(target), target, programme.align, crossfade_ns)
     missing = (programme.align.forcing_phase / math.tau - cycles) % 1.0
-    return earliest_ns + round(missing / target.frequency * NS)
+    delay_ns, period_ns = (round(part / target.frequency * NS) for part in (missing, 1.0))
+    return earliest_ns + (delay_ns if delay_ns < period_ns else 0)  # aligned but for a rounding
 
 
 def requests_of(

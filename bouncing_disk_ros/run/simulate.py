@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from operator import itemgetter
 from pathlib import Path
 from typing import Any, NamedTuple, SupportsFloat
@@ -26,9 +26,9 @@ from bouncing_disk_ros.run.command_validation import (
 )
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.presets import load_preset
-from bouncing_disk_ros.run.programmes import load_programme, requests_of
+from bouncing_disk_ros.run.programmes import Programme, load_programme, requests_of, start_of
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.time_map import SIMULATED, Grid
+from bouncing_disk_ros.run.time_map import SIMULATED, Grid, nanoseconds
 from bouncing_disk_ros.run.trajectory_validation import instant, trajectory_of
 from bouncing_disk_ros.units import NS
 
@@ -140,7 +140,8 @@ def simulate(
     - Start: `initial_height`, `initial_with_platform`, `initial_axial_velocity`,
       `initial_angular_velocity`, `initial_angle`, `initial_forcing_phase`.
     - Inputs: `programme`: (time in s, {name: value}) in increasing time, as on platform/command;
-      names left out keep the value of the point before; or the name or path of a programme.
+      names left out keep the value of the point before; or the name or path of a programme,
+      which begins at the first instant at which its phase is aligned.
       `impulses`: (time in s, axial impulse in N·s, angular impulse in N·m·s). `trajectory`: offsets
       on top of the motion from t = 0 on, (time in s, {joint: position, or (position, velocity), or
       with acceleration}), joints platform_axial (m) and platform_rotation (rad), as on
@@ -174,8 +175,10 @@ def simulate(
     knots = _listed("trajectory", trajectory, _KNOTS)
     requests: list[Request] = [trajectory_of(knots)] if knots else []
     if isinstance(programme, str):
-        motions, *offsets = requests_of(load_programme(programme), session.latest_target, 0)
-        requests = [motions, *(requests or offsets)]
+        requests += _performed(load_programme(programme), session)
+        if len(requests) > 2:
+            allowed = "none with a programme that has a trajectory"
+            raise InputError("trajectory", f"{len(knots)} points", allowed)
     elif points := _listed("programme", programme, _POINTS):
         session.command(_points(points, arrival, session.latest_target))
     for request in requests:
@@ -190,6 +193,14 @@ def simulate(
     last = session.simulation.sample()  # not rounded on all turns of the disk
     result.turned = math.tau * (last.turns - first.turns) + (last.angle - first.angle)
     return result
+
+
+def _performed(programme: Programme, session: Session) -> Iterator[Request]:
+    """Requests of a programme, performed from the first instant at which its phase is aligned."""
+    motion = session.simulation.motion_in_force
+    crossfade_ns = nanoseconds(float(session.values["crossfade_duration"]))
+    begin = start_of(programme, motion, session.time_ns, crossfade_ns)
+    return requests_of(programme, motion.target, begin)
 
 
 def _amplitude(axial_forcing: object, values: Mapping[str, object]) -> float:

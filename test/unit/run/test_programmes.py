@@ -170,6 +170,21 @@ def test_the_phase_is_the_wanted_one_at_the_aligned_time(
     assert abs(error) < 2e-7
 
 
+def test_a_simulated_programme_waits_for_its_phase(tmp_path: Path) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text(
+        "description: mine\n"
+        "align: {time: 2.0, forcing_phase: 1.5}\n"
+        "points: [{time: 2.0, axial_amplitude: 0.02, frequency: 2.5}]\n"
+    )
+    result = simulate(3.0, programme=str(file), frequency=4.0)
+    ((effect_ns, _),) = next(r for r in result.inputs if r["kind"] == "motion")["points"]
+    assert 2 * 10**9 < effect_ns < 225 * 10**7
+    seconds = effect_ns / 1e9
+    upto = simulate(seconds, programme=str(file), frequency=4.0, sample_rate=1.0 / seconds)
+    assert upto.samples["forcing_phase"][-1] == pytest.approx(1.5, abs=2e-7)
+
+
 # --- trajectories ---------------------------------------------------------------------------------
 def test_a_trajectory_of_a_programme_is_simulated(tmp_path: Path) -> None:
     file = tmp_path / "up.yaml"
@@ -182,3 +197,5 @@ def test_a_trajectory_of_a_programme_is_simulated(tmp_path: Path) -> None:
     result = simulate(2.0, programme=str(file), sample_rate=10.0)
     last = result.samples[-1]
     assert (last["platform_position"], last["platform_angle"]) == (0.01, 0.1)
+    with pytest.raises(InputError, match="trajectory: got '1 points', allowed: none with a progr"):
+        simulate(2.0, programme=str(file), trajectory=[(1.0, {"platform_axial": 0.0})])

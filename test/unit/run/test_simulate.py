@@ -93,7 +93,7 @@ def test_a_preset_file_of_one_s_own_works(tmp_path: Path) -> None:
 
 
 def test_a_programme_is_given_by_its_name() -> None:
-    name = "first_toss_to_period_1"
+    name = "spin_up"
     start = motion_of(parameters.complete(load_preset("pizza_multiple_toss")))
     targets = load_programme(name).targets(start)
     points = [(at_ns / 1e9, motion._asdict()) for at_ns, motion in targets]
