@@ -24,12 +24,10 @@ class Found(NamedTuple):
     results: Floats  # (n, 5)
 
 
-def carried(
-    given: tuple[Floats, Floats], settling: int, measured: int, kept: int = 1, workers: int = 1
-) -> Found:
+def carried(given: tuple[Floats, Floats], settling: int, measured: int, kept: int = 1) -> Found:
     states = given[0].copy()
     found = Found(states, np.zeros((len(states), kept, 6)), np.zeros((len(states), 5)))
-    measure_attractors(states, given[1], settling, measured, *found[1:], workers=workers)
+    measure_attractors(states, given[1], settling, measured, *found[1:])
     return found
 
 
