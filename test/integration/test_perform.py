@@ -21,6 +21,7 @@ from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.nodes.performer import cancelling
 from bouncing_disk_ros.report.impact_text import csv_heading
 from bouncing_disk_ros.ros.from_messages import msg_to_motion
+from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.input_replay import advance_to, apply, restored
 from support.in_process import ends
 from support.live import LiveSimulators
@@ -69,14 +70,19 @@ def peer(simulator: Process) -> Iterator[Peer]:
 
 
 def test_a_programme_is_carried_out(start: Starter, programme: Path, peer: Peer) -> None:
-    begun = len(peer.records)
     process = start("perform", str(programme))
     assert process.wait() == 0, process.output
     assert "short: a short one" in process.stdout
     assert "short: in force" in process.stdout
-    peer.spin_until(lambda: "trajectory" in {record["kind"] for record in peer.records[begun:]})
-    new = peer.records[begun:]
-    (points,) = (record["points"] for record in new if record["kind"] == "motion")
+
+    def sent() -> list[Record]:
+        """The newest two inputs that move the platform; those of other tests may come late."""
+        moves = ("motion", "trajectory")
+        found = [record for record in peer.records if record["kind"] in moves]
+        return [record for record in found if record.get("points", True)][-2:]
+
+    peer.spin_until(lambda: [record["kind"] for record in sent()] == ["motion", "trajectory"])
+    points = sent()[0]["points"]
     (first, (first_amplitude, *_)), (second, (second_amplitude, *_)) = points
     assert (first_amplitude, second_amplitude) == (0.035, 0.03)
     # the points are 0.4 s apart to the nanosecond; simulated_time is a float64 of seconds
