@@ -69,7 +69,7 @@ def measure() -> list[Row]:
         row(PART, "swum, preload × load torque 200 × 200, stored, two cores", "s", seconds,
             Aim(at_most=10.0)),
         row(PART, "the same by a loop of simulate, one core", "s", _loop(study, points, rng)),
-        row(PART, "mean speed within 1e-3 ωΦ or three errors of that of simulations", "%",
+        row(PART, "mean speed within 1e-3 ωΦ or three errors of the mean of simulations", "%",
             [100.0 * float(np.mean(inside))], Aim(at_least=99.0)),
         row(PART, "standard error of the mean speed, where the motion does not repeat", "ωΦ",
             list(errors[known][kinds[known] == NOT_PERIODIC] / scale)),
