@@ -21,7 +21,7 @@ import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Motion, MotionInForce
@@ -44,6 +44,9 @@ from bouncing_disk_ros.run.trajectory_validation import (
 )
 from bouncing_disk_ros.topics import MOTION_NAMES, OFFSET_JOINTS
 from bouncing_disk_ros.units import NS
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.run.session import Session
 
 KEYS = ("description", "align", "points", "trajectory")
 
@@ -238,6 +241,17 @@ def requests_of(
     yield _timed(programme.request, start_ns, times)
     if programme.trajectory is not None:
         yield _timed(programme.trajectory, start_ns, times)
+
+
+def performed(
+    programme: Programme, session: Session, earliest_ns: int
+) -> Iterator[ProgrammeRequest | TrajectoryRequest]:
+    """`requests_of` in simulated time, from the first instant at which the phase is aligned."""
+    motion = session.simulation.motion_in_force
+    crossfade_ns = nanoseconds(float(session.values["crossfade_duration"]))
+    return requests_of(
+        programme, motion.target, start_of(programme, motion, earliest_ns, crossfade_ns)
+    )
 
 
 def _timed(request: _Timed, start_ns: int, times: TimeMap) -> _Timed:

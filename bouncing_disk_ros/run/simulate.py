@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from operator import itemgetter
 from pathlib import Path
 from typing import Any, NamedTuple, SupportsFloat
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import SAMPLE_DTYPE, Energy, Motion, join_rows
-from bouncing_disk_ros.errors import FailedError, InputError, closest
+from bouncing_disk_ros.errors import FailedError, InputError, closest, counted
 from bouncing_disk_ros.parameters import Value, plain
 from bouncing_disk_ros.run.apply_request import Request, apply_request
 from bouncing_disk_ros.run.command_validation import (
@@ -26,9 +26,9 @@ from bouncing_disk_ros.run.command_validation import (
 )
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.presets import load_preset
-from bouncing_disk_ros.run.programmes import Programme, load_programme, requests_of, start_of
+from bouncing_disk_ros.run.programmes import load_programme, performed
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.time_map import SIMULATED, Grid, nanoseconds
+from bouncing_disk_ros.run.time_map import SIMULATED, Grid
 from bouncing_disk_ros.run.trajectory_validation import instant, trajectory_of
 from bouncing_disk_ros.units import NS
 
@@ -175,10 +175,10 @@ def simulate(
     knots = _listed("trajectory", trajectory, _KNOTS)
     requests: list[Request] = [trajectory_of(knots)] if knots else []
     if isinstance(programme, str):
-        requests += _performed(load_programme(programme), session)
+        requests += performed(load_programme(programme), session, 0)
         if len(requests) > 2:
             allowed = "none with a programme that has a trajectory"
-            raise InputError("trajectory", f"{len(knots)} points", allowed)
+            raise InputError("trajectory", counted(len(knots), "point"), allowed)
     elif points := _listed("programme", programme, _POINTS):
         session.command(_points(points, arrival, session.latest_target))
     for request in requests:
@@ -193,14 +193,6 @@ def simulate(
     last = session.simulation.sample()  # not rounded on all turns of the disk
     result.turned = math.tau * (last.turns - first.turns) + (last.angle - first.angle)
     return result
-
-
-def _performed(programme: Programme, session: Session) -> Iterator[Request]:
-    """Requests of a programme, performed from the first instant at which its phase is aligned."""
-    motion = session.simulation.motion_in_force
-    crossfade_ns = nanoseconds(float(session.values["crossfade_duration"]))
-    begin = start_of(programme, motion, session.time_ns, crossfade_ns)
-    return requests_of(programme, motion.target, begin)
 
 
 def _amplitude(axial_forcing: object, values: Mapping[str, object]) -> float:

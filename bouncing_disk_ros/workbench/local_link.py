@@ -19,9 +19,9 @@ from bouncing_disk_ros.run.apply_request import Request, apply_request
 from bouncing_disk_ros.run.control import RunControl, inactive
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.loop import BUDGET_NS
-from bouncing_disk_ros.run.programmes import load_programme, requests_of, start_of
+from bouncing_disk_ros.run.programmes import load_programme, performed
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.time_map import SIMULATED, TimeMap, nanoseconds
+from bouncing_disk_ros.run.time_map import SIMULATED, TimeMap
 from bouncing_disk_ros.units import NS
 from bouncing_disk_ros.workbench.actions import (
     Action,
@@ -195,11 +195,7 @@ class LocalLink(RunLink):
         """What an action asks of the run; stamps are simulated time."""
         if not isinstance(action, Perform):
             return [action.request()]
-        programme = load_programme(action.programme)
-        motion = session.simulation.motion_in_force
-        fade = nanoseconds(float(self._values["crossfade_duration"]))
-        begin = start_of(programme, motion, session.time_ns + LEAD_NS, fade)
-        return requests_of(programme, motion.target, begin)
+        return performed(load_programme(action.programme), session, session.time_ns + LEAD_NS)
 
     def _juggle(self, action: Juggle) -> None:
         """Start a loop; its kernels are loaded with the first one."""

@@ -42,14 +42,11 @@ def present_without_ros(table: Mapping[str, Spec], given: Mapping[str, object]) 
 
 def _simulated(values: Mapping[str, Value], duration: float) -> Result:
     """The run of the programme, which begins when the platform's phase is as it asks."""
-    programme = load_programme(FIRST_TOSS)
     at_rest = Session(values, lambda _: None).simulation.motion_in_force
-    begin = start_of(programme, at_rest, 0) / NS
-    targets = programme.targets(at_rest.target)
-    points = [(begin + after_ns / NS, motion._asdict()) for after_ns, motion in targets]
+    begin = start_of(load_programme(FIRST_TOSS), at_rest, 0) / NS
     rate = float(values["state_rate"])
     given: dict[str, Any] = dict(values)
-    return simulate(begin + duration, programme=points, sample_rate=rate, **given)
+    return simulate(begin + duration, programme=FIRST_TOSS, sample_rate=rate, **given)
 
 
 def _record_of(run: Result) -> RunRecord:

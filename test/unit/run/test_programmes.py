@@ -197,5 +197,5 @@ def test_a_trajectory_of_a_programme_is_simulated(tmp_path: Path) -> None:
     result = simulate(2.0, programme=str(file), sample_rate=10.0)
     last = result.samples[-1]
     assert (last["platform_position"], last["platform_angle"]) == (0.01, 0.1)
-    with pytest.raises(InputError, match="trajectory: got '1 points', allowed: none with a progr"):
+    with pytest.raises(InputError, match="trajectory: got '1 point', allowed: none with a progr"):
         simulate(2.0, programme=str(file), trajectory=[(1.0, {"platform_axial": 0.0})])
