@@ -12,7 +12,7 @@ _FIRST = 1024
 """Rows for which there is space at first."""
 
 
-class Thinned(list[T]):
+class Downsampled(list[T]):
     """A list that keeps every first, second, fourth ... of what is appended, at most `most`."""
 
     def __init__(self, most: int) -> None:
@@ -71,14 +71,14 @@ class NewestRows:
         held = len(self) + len(rows)
         rows = np.ascontiguousarray(rows[max(0, len(rows) - self._most) :], self._dtype)
         if self._end + len(rows) > len(self._rows):
-            self._make_room(len(rows))
+            self._compact(len(rows))
         self._rows[self._end : self._end + len(rows)] = rows.view(self._raw)
         self._end += len(rows)
         self._first = max(self._first, self._end - self._most)
         self.dropped += held - len(self)
 
-    def _make_room(self, count: int) -> None:
-        """Move the rows that stay to the front, of a larger space where they leave no room."""
+    def _compact(self, count: int) -> None:
+        """Move the rows that stay to the start of the array, or of a larger one if need be."""
         first = max(self._first, self._end + count - self._most)
         kept = self._rows[first : self._end]
         if 2 * (len(kept) + count) > len(self._rows):

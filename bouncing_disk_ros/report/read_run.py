@@ -17,7 +17,7 @@ from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag import Bag, BagError
 from bouncing_disk_ros.bag import open as open_bag
 from bouncing_disk_ros.bag.reader import Message
-from bouncing_disk_ros.bounded import Newest, NewestRows, Thinned
+from bouncing_disk_ros.bounded import Downsampled, Newest, NewestRows
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.errors import InputError, closest, counted
 from bouncing_disk_ros.report.message_order import (
@@ -217,9 +217,9 @@ class BagRun:
             self._end_run()
         self._record = RunRecord(UNKNOWN_DISK)
         self._record.impacts = NewestRows(IMPACT_DTYPE, 0)
-        self._record.states = Thinned[State](MOST_SAMPLES)
-        self._record.speeds = Thinned[tuple[float, float]](MOST_SAMPLES)
-        self._record.health = Thinned[HealthReport](limits.EVENTS)
+        self._record.states = Downsampled[State](MOST_SAMPLES)
+        self._record.speeds = Downsampled[tuple[float, float]](MOST_SAMPLES)
+        self._record.health = Downsampled[HealthReport](limits.EVENTS)
         self._record.motions = Newest[Any](limits.EVENTS)
         self._record.changes = Newest[Any](limits.EVENTS)
         self._record.disks = Newest[Any](limits.EVENTS)
@@ -360,7 +360,7 @@ class BagRun:
             ("joint_states", self.record.states), ("disk/rotor_speed", self.record.speeds),
             ("/diagnostics", self.record.health),
         ):  # fmt: skip
-            if isinstance(kept, Thinned) and kept.step > 1:
+            if isinstance(kept, Downsampled) and kept.step > 1:
                 yield f"of {name} all but every {kept.step}th message"
         record = self.record
         for events in (record.motions, record.changes, record.disks, record.offsets):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.bounded import Newest, NewestRows, Thinned
+from bouncing_disk_ros.bounded import Downsampled, Newest, NewestRows
 
 DTYPE = np.dtype([("time", "f8")])
 
@@ -55,8 +55,8 @@ def test_a_list_keeps_at_least_the_newest() -> None:
         assert min(8, number + 1) <= len(kept) < 16
 
 
-def test_a_thinned_list_keeps_even_steps() -> None:
-    kept = Thinned[int](8)
+def test_a_downsampled_list_keeps_even_steps() -> None:
+    kept = Downsampled[int](8)
     for number in range(1000):
         kept.append(number)
     assert 4 <= len(kept) <= 8

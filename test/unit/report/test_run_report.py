@@ -120,7 +120,7 @@ def test_a_pause_is_no_slow_simulation() -> None:
     assert real.lateness == (1e-4, 1e-3, 1e-2)
 
 
-def test_thinned_series_say_so(settled: Report) -> None:
+def test_downsampled_series_say_so(settled: Report) -> None:
     speed, phases, section, pairs, *_ = panels(settled, 50)
     assert len(phases.series[0].x) == 50
     assert phases.note == f"50 of {len(settled.rows)} impact rows, chosen at random. "
