@@ -43,7 +43,8 @@ from bouncing_disk_ros.maps.labelled_window import label_plane
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.study.basins.options import DEFINITION as BASINS
 from bouncing_disk_ros.units import in_pi, number_text, shown_unit
-from bouncing_disk_ros.workbench.computed_pane import ComputedPane, IsObsolete, LatestWork, placed
+from bouncing_disk_ros.workbench.computed_pane import ComputedPane, placed
+from bouncing_disk_ros.workbench.latest_work import IsObsolete, LatestWork
 from bouncing_disk_ros.workbench.page_style import one_column
 from bouncing_disk_ros.workbench.start_plane import (
     NOT_DECIDED,

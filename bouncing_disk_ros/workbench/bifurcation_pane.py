@@ -37,8 +37,9 @@ from bouncing_disk_ros.study.bifurcation.options import DEFINITION as BIFURCATIO
 from bouncing_disk_ros.study.bifurcation.picture import CONTACT_INK, INK, density
 from bouncing_disk_ros.units import in_pi, number_text, with_prefix
 from bouncing_disk_ros.workbench.basin_pane import attractors_of
-from bouncing_disk_ros.workbench.computed_pane import ComputedPane, IsObsolete, LatestWork, placed
+from bouncing_disk_ros.workbench.computed_pane import ComputedPane, placed
 from bouncing_disk_ros.workbench.control_pane import amplitude_of
+from bouncing_disk_ros.workbench.latest_work import IsObsolete, LatestWork
 from bouncing_disk_ros.workbench.start_plane import described, section_of
 
 COARSE, FULL = 160, 800
