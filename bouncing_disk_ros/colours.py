@@ -17,12 +17,12 @@ INK = "#444444"
 REST_AREA, CONTACT_AREA, UNRESOLVED_AREA = "#f3ead8", "#d9d9d9", "#777777"
 """Areas of a map: a disk at rest, an attractor with contact, no decision. White is the 0 of a
 scale."""
-_ATTRACTORS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, YELLOW)
+ATTRACTORS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, YELLOW)
 """The period-1 orbit, mostly the first of these, is dark on light as in the paper."""
 
 
 def attractor_colors(names: Sequence[str]) -> list[str]:
     """One colour for each attractor: light for rest and chattering, strong for the others."""
-    strong = iter(_ATTRACTORS * (1 + len(names) // len(_ATTRACTORS)))
+    strong = iter(ATTRACTORS * (1 + len(names) // len(ATTRACTORS)))
     plain = {"rest": REST_AREA, "chattering": CONTACT_AREA}
     return [plain.get(name.split()[0]) or next(strong) for name in names]

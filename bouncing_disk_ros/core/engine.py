@@ -98,7 +98,7 @@ class Engine:
 
     def __init__(self, disk: Disk, report_speed: float) -> None:
         """Empty records; `place` gives them a state."""
-        self.k = disk_record(disk, report_speed)
+        self.disk = disk_record(disk, report_speed)
         self.state = np.zeros(1, STATE_DTYPE)
         self.base = np.zeros(1, MOTION_DTYPE)  # the sinusoid
         self.segments: Segments = (hold(0, 0.0), hold(0, 0.0))  # of the offset
@@ -112,7 +112,7 @@ class Engine:
     @property
     def fading(self) -> bool:
         """Whether the motion in force is a cross-fade."""
-        return bool(self.m["kind"][0] == FADE)
+        return bool(self.motion["kind"][0] == FADE)
 
     @property
     def clock(self) -> tuple[int, float]:
@@ -167,8 +167,8 @@ class Engine:
         while True:
             n, events, status = advance(
                 self.state,
-                self.m,
-                self.k,
+                self.motion,
+                self.disk,
                 self._ledger,
                 self._buffer,
                 self._open_row,
@@ -192,7 +192,7 @@ class Engine:
         """
         ns, sub = int(self.state["ns"][0]), float(self.state["sub"][0])
         passed = (ns - self._stands_at[0]) + (sub - self._stands_at[1])
-        if passed * 1e-9 * float(self.m["f"][0]) > INSTANT:
+        if passed * 1e-9 * float(self.motion["f"][0]) > INSTANT:
             self._begin_instant()
             return
         self._events_here += events
@@ -232,11 +232,11 @@ class Engine:
 
     def take_due(self, time_ns: int) -> bool:
         """Whether only rounding put the next event after an input at time_ns: it is due now."""
-        return bool(input_kernels.take_due(self.state, self.m, self.k, time_ns))
+        return bool(input_kernels.take_due(self.state, self.motion, self.disk, time_ns))
 
     def advance_to(self, time_ns: int, rows: Blocks) -> None:
         """Propagate the state to time_ns, where all that is due earlier has been resolved."""
-        arguments = (self.state, self.m, self.k, self._ledger, self._buffer, self._open_row)
+        arguments = (self.state, self.motion, self.disk, self._ledger, self._buffer, self._open_row)
         n = input_kernels.advance_to(*arguments, time_ns)
         self._begin_instant()
         if n:
@@ -246,7 +246,7 @@ class Engine:
         """Put another sinusoid in force under the halted disk."""
         self.base = motion
         self._join_motions()
-        input_kernels.follow_platform(self.state, self.m, False)
+        input_kernels.follow_platform(self.state, self.motion, False)
 
     def change_offset(self, segments: Segments) -> None:
         """Put other segments of the offset in force under the halted disk, at its instant.
@@ -262,27 +262,27 @@ class Engine:
         self._join_motions()
         if axial != 0.0:
             self.state["u"] -= axial
-            self._ledger[0, THROUGHPUT] += float(self.k["mass"][0]) * axial * axial
-        input_kernels.follow_platform(self.state, self.m, angular != 0.0)
+            self._ledger[0, THROUGHPUT] += float(self.disk["mass"][0]) * axial * axial
+        input_kernels.follow_platform(self.state, self.motion, angular != 0.0)
 
     def _join_motions(self) -> None:
-        self.m = with_offset(self.base, *self.segments)
+        self.motion = with_offset(self.base, *self.segments)
 
     def apply_impulse(self, axial_impulse: float, angular_impulse: float) -> None:
         """Add impulses to the halted disk."""
         input_kernels.apply_impulse(
-            self.state, self.m, self.k, self._ledger, axial_impulse, angular_impulse
+            self.state, self.motion, self.disk, self._ledger, axial_impulse, angular_impulse
         )
 
     def change_disk(self, disk: Disk, report_speed: float) -> None:
         """Change the parameters of the halted disk."""
         new = disk_record(disk, report_speed)
-        input_kernels.change_disk(self.state, self.m, self.k, new, self._ledger)
-        self.k = new
+        input_kernels.change_disk(self.state, self.motion, self.disk, new, self._ledger)
+        self.disk = new
 
     def resume(self) -> None:
         """Decide contact or flight after the inputs of one instant."""
-        input_kernels.classify_after_input(self.state, self.m, self.k)
+        input_kernels.classify_after_input(self.state, self.motion, self.disk)
 
     def sample(self, time_ns: int) -> Sample:
         """State at time_ns, which lies before the next event; changes nothing."""
@@ -329,12 +329,12 @@ class Engine:
         return self._buffer[:n].view(np.uint8).copy().view(IMPACT_DTYPE)
 
     def _observe(self, state: NDArray[np.void]) -> None:
-        input_kernels.observe(state, self.m, self.k, self._observed)
+        input_kernels.observe(state, self.motion, self.disk, self._observed)
 
     def _at(self, time_ns: int) -> tuple[NDArray[np.void], NDArray[np.float64]]:
         """Copies of state and ledger, propagated to time_ns."""
         state, ledger, row = self.state.copy(), self._ledger.copy(), self._open_row.copy()
-        arguments = (state, self.m, self.k, ledger, np.zeros(64, IMPACT_DTYPE), row)
+        arguments = (state, self.motion, self.disk, ledger, np.zeros(64, IMPACT_DTYPE), row)
         status = DONE
         if self.in_chatter:  # bounce by bounce, as far as the work may go
             state["event"] = UNKNOWN
@@ -353,7 +353,7 @@ class Engine:
         return {
             "state": checkpoint.plain(self.state),
             "motion": checkpoint.plain(self.base),
-            "disk": checkpoint.plain(self.k),
+            "disk": checkpoint.plain(self.disk),
             "books": self._ledger.tolist(),
             "open_row": checkpoint.plain(self._open_row),
         }

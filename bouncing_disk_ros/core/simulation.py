@@ -91,7 +91,7 @@ class Simulation:
     @property
     def motion_in_force(self) -> MotionInForce:
         """The cross-fade in progress, or the steady motion with the instant it was reached."""
-        m = self._engine.m[0]
+        m = self._engine.motion[0]
         begin, cycles, tau = int(m["begin_ns"]), int(m["cycles"]), float(m["tau"])
         end = int(m["end_ns"]) if self._engine.fading else begin
         return MotionInForce(begin, end, self._start, self._target, cycles, tau)
@@ -199,7 +199,7 @@ class Simulation:
         if self._impulses:
             instants.append(self._impulses[0].at_ns)
         if self._engine.fading:
-            instants.append(int(self._engine.m["end_ns"][0]))
+            instants.append(int(self._engine.motion["end_ns"][0]))
         elif self._pending:
             instants.append(self._pending[0].begin_ns)
         return min(instants)
@@ -208,7 +208,7 @@ class Simulation:
         """What is due at time_ns: the motion first, then impulses in order of arrival (rule 10)."""
         engine, now = self._engine, self._time_ns
         engine.advance_to(now, parts)
-        if engine.fading and int(engine.m["end_ns"][0]) == now:
+        if engine.fading and int(engine.motion["end_ns"][0]) == now:
             engine.change_motion(platform.steady(self._target, now, *engine.clock))
             self._note_motion(self._target, self._target)
         if not engine.fading and self._pending and self._pending[0].begin_ns == now:
@@ -242,7 +242,7 @@ class Simulation:
         `crossfade_ns` 0: one period of the slower motion. No points: cancel what is pending.
         """
         self._resolve_due()
-        free = int(self._engine.m["end_ns"][0]) if self._engine.fading else self._time_ns
+        free = int(self._engine.motion["end_ns"][0]) if self._engine.fading else self._time_ns
         self._pending = plan_fades(points, self._target, free, crossfade_ns)
         self._engine.invalidate_next_event()
         self._resolve_consequences()
@@ -303,7 +303,7 @@ class Simulation:
         """Impacts slower than this (m/s) share a row of the log; nothing else changes."""
         self._resolve_due()
         self._report_speed = speed
-        self._engine.k["report_speed"] = speed
+        self._engine.disk["report_speed"] = speed
 
     def reset(self, initial: InitialState | None = None, motion: Motion | None = None) -> None:
         """Back to the initial (or a new) state and motion; time, cycles and row index go on."""

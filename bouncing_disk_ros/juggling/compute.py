@@ -24,6 +24,7 @@ from bouncing_disk_ros.juggling.loop_settings import (
 )
 from bouncing_disk_ros.juggling.target_orbit import OWN, best_phase_lag, orbit_named
 from bouncing_disk_ros.maps.attractors import refuse_conservative
+from bouncing_disk_ros.maps.label_maps import centres
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
 
@@ -129,11 +130,11 @@ class Juggling(Study):
             "strategy": Axis(np.arange(len(self.strategies)), "1", "strategy"),
             "condition": Axis(np.arange(len(self.conditions)), "1", "condition"),
             "velocity": Axis(
-                low + (high - low) * (np.arange(n) + 0.5) / n, "pi g/omega",
+                centres(low, high, n), "pi g/omega",
                 "relative velocity before the first impact", "w_A",
             ),
             "forcing_phase": Axis(
-                math.tau * (np.arange(m) + 0.5) / m, "rad", "forcing phase of the first impact",
+                centres(0.0, math.tau, m), "rad", "forcing phase of the first impact",
                 "τ_imp",
             ),
         }  # fmt: skip

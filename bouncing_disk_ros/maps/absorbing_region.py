@@ -1,4 +1,4 @@
-"""A region about a chaotic attractor that no impact leaves: labels of starts by such regions.
+"""A region about a chaotic attractor that no impact leaves.
 
 The cells of a grid that the attractor visits, with the cells that their images reach, and so on
 until nothing is added (M. Dellnitz, A. Hohmann, "A subdivision algorithm for the computation of
@@ -15,8 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
-from bouncing_disk_ros.maps.basin_labels import LabelRule, Labels, label_starts
-from bouncing_disk_ros.maps.label_maps import UNRESOLVED
 from bouncing_disk_ros.maps.lanes.axial_lanes import iterated
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 
@@ -27,8 +25,6 @@ POINTS = 5
 _APART = 3
 _FASTER = 1.5
 """The grid goes to so many times the fastest impact of the attractor."""
-EARLY = 64, 256
-"""Impacts after which `labels_by_regions` looks who is in a region."""
 _LARGEST = 0.1
 """Part of the grid that a region may have: else it is no region about the attractor alone."""
 
@@ -52,43 +48,14 @@ class AbsorbingRegion:
         return within & self._cells[np.minimum(rows, len(self._cells) - 1), columns]
 
 
-Regions = dict[int, AbsorbingRegion]
-"""Label of a chaotic attractor -> its region."""
-
-
-def labels_by_regions(
-    attractors: Attractors, section: NextCollisionMap, tau: Floats, w: Floats, rule: LabelRule,
-    regions: Regions,
-) -> Labels:  # fmt: skip
-    """Labels (n,) that `label_starts` gives, sooner: a start in a region is followed no further.
-
-    Each start is followed from its beginning, as there: in pieces it would have other roundings,
-    and where it comes near to contact it might end elsewhere.
-    """
-    labels = np.full(len(tau), UNRESOLVED, np.int32)
-    # chaotic attractors are the last: without them all other labels are the same
-    others = tuple(one for one in attractors.found if one.kind is not AttractorKind.CHAOTIC)
-    quiet = attractors._replace(found=others)
-    left = np.arange(len(tau))
-    for impacts in EARLY if regions else ():
-        early = label_starts(quiet, section, tau[left], w[left], rule._replace(cap=impacts))
-        labels[left] = early.label
-        left = left[early.label == UNRESOLVED]
-        platform = section.axial_forcing, section.restitution
-        after = iterated(tau[left], w[left], platform, impacts)
-        for label, region in regions.items():
-            labels[left[region.hold(*after[:2])]] = label
-        left = left[labels[left] == UNRESOLVED]
-    labels[left] = label_starts(attractors, section, tau[left], w[left], rule).label
-    return labels
-
-
-def absorbing_regions(section: NextCollisionMap, attractors: Attractors) -> Regions:
+def absorbing_regions(
+    section: NextCollisionMap, attractors: Attractors
+) -> dict[int, AbsorbingRegion]:
     """Regions about the chaotic attractors by their labels, those that have one.
 
     None comes to contact from them, and none holds a point of another attractor.
     """
-    found: Regions = {}
+    found: dict[int, AbsorbingRegion] = {}
     for label, one in enumerate(attractors.found):
         region = None
         for cells in GRIDS:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.angles import wrap_to_pi
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.errors import InputError, counted
 from bouncing_disk_ros.maps.axial_map import (
     MAP_CONTACT,
     ORBIT_DELAY,
@@ -49,8 +49,10 @@ class AttractorKind(StrEnum):
     CHAOTIC = "chaotic"
 
 
-def periodic_name(impacts: int, cycles: int) -> str:
-    """What an orbit of single impacts is called: period-2, period-2 in 1 cycle."""
+def attractor_name(kind: AttractorKind, impacts: int, cycles: int) -> str:
+    """What an attractor is called: rest, chattering, chaotic, period-2, period-2 in 1 cycle."""
+    if kind is not AttractorKind.PERIODIC:
+        return str(kind)
     name = f"period-{impacts}"
     return name if impacts == cycles else f"{name} in {cycles} cycle{'s' if cycles > 1 else ''}"
 
@@ -75,14 +77,10 @@ class Attractor(NamedTuple):
 
         Chattering with cycles not known: rounding decides how long it is from contact to contact.
         """
-        n = len(self.forcing_phases)
-        if self.kind is AttractorKind.PERIODIC:
-            return periodic_name(n, self.cycles)
-        if self.kind is AttractorKind.CHATTERING and not self.cycles:
-            return "chattering (cycles not known)"
-        if self.kind is AttractorKind.CHATTERING:
-            return f"chattering ({self.cycles} cycle{'s' if self.cycles > 1 else ''})"
-        return str(self.kind)
+        name = attractor_name(self.kind, len(self.forcing_phases), self.cycles)
+        if self.kind is not AttractorKind.CHATTERING:
+            return name
+        return f"{name} ({counted(self.cycles, 'cycle') if self.cycles else 'cycles not known'})"
 
 
 class Attractors(NamedTuple):

@@ -9,6 +9,7 @@ ends apart.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,10 +17,11 @@ from numba import types
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI
+from bouncing_disk_ros.maps.absorbing_region import AbsorbingRegion
 from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors, Cells
 from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, MAP_REST, next_impact
 from bouncing_disk_ros.maps.label_maps import UNRESOLVED
-from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
+from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial, iterated
 from bouncing_disk_ros.maps.lanes.lane_flight import land_lanes, run_lanes
 from bouncing_disk_ros.maps.lanes.lane_table import (
     DELAY,
@@ -52,6 +54,8 @@ LONGER = 20
 """Starts that are still open get so many times the impacts: chaos may be a long transient."""
 WATCHED = 200
 """Impacts that must all lie on a chaotic attractor's cells for a start to belong to it."""
+EARLY = 64, 256
+"""Impacts after which starts are looked for in the regions about chaotic attractors."""
 
 
 class LabelRule(NamedTuple):
@@ -74,7 +78,7 @@ class StartLabels(NamedTuple):
 
 def label_starts(
     attractors: Attractors, section: NextCollisionMap, tau: Floats, w: Floats,
-    rule: LabelRule | None = None,
+    rule: LabelRule | None = None, regions: Mapping[int, AbsorbingRegion] | None = None,
 ) -> StartLabels:  # fmt: skip
     """Labels of starts (τ in [0, 2π), w_A < 0) at Γ and ε of `section`: flat arrays (n,).
 
@@ -84,7 +88,9 @@ def label_starts(
     3. After `cap` impacts it belongs to a chaotic attractor if its next WATCHED impacts all lie on
        cells that this attractor visits and no other one does; else it is unresolved.
 
-    Each label depends on its own start alone, so the arrays may be cut anywhere.
+    Each label depends on its own start alone, so the arrays may be cut anywhere. `regions` about
+    chaotic attractors, by their labels, give the same labels sooner: a start in one after EARLY
+    impacts is followed no further.
 
     >>> section = NextCollisionMap(axial_forcing=0.45, restitution=0.5)
     >>> tau, w = np.linspace(0.0, 6.0, 50), np.full(50, -1.3)
@@ -92,18 +98,12 @@ def label_starts(
     """
     rule = rule or LabelRule()
     n = len(tau)
-    found = StartLabels(np.empty(n, np.int32), np.empty(n, np.int32), np.empty(n))
-    if rule.cap:
-        _label(attractors, section, tau, w, rule, found)
-        return found
-    first = rule._replace(cap=impacts_needed(attractors, rule.tolerance))
-    _label(attractors, section, tau, w, first, found)
-    late = np.flatnonzero(found.label == UNRESOLVED)
-    if len(late):
-        rest = StartLabels(found.label[late], found.impacts[late], found.time[late])
-        longer = first._replace(cap=LONGER * first.cap)
-        _label(attractors, section, tau[late], w[late], longer, rest)
-        found.label[late], found.impacts[late], found.time[late] = rest
+    found = StartLabels(np.full(n, UNRESOLVED, np.int32), np.zeros(n, np.int32), np.empty(n))
+    if regions:
+        _label_early(attractors, section, tau, w, rule, regions, found)
+    cap = rule.cap or impacts_needed(attractors, rule.tolerance)
+    for impacts in (cap,) if rule.cap else (cap, LONGER * cap):
+        _label(attractors, section, tau, w, rule._replace(cap=impacts), found)
     return found
 
 
@@ -111,12 +111,39 @@ def _label(
     attractors: Attractors, section: NextCollisionMap, tau: Floats, w: Floats,
     rule: LabelRule, found: StartLabels,
 ) -> None:  # fmt: skip
-    """Label starts by the rule, its cap given, into `found`."""
-    label_followed(attractors, section, tau, w, rule, found)
-    open_ = np.flatnonzero(found.label == UNRESOLVED)
+    """Label the starts that `found` leaves open, by the rule, its cap given."""
+    left = np.flatnonzero(found.label == UNRESOLVED)
+    if not len(left):
+        return
+    tau, w = tau[left], w[left]
+    part = StartLabels(found.label[left], found.impacts[left], found.time[left])
+    label_followed(attractors, section, tau, w, rule, part)
+    open_ = np.flatnonzero(part.label == UNRESOLVED)
     if len(open_) and any(a.kind is AttractorKind.CHAOTIC for a in attractors.found):
-        found.label[open_] = chaotic_labels(attractors, section, tau[open_], w[open_], rule)
-    found.time[open_] = math.nan
+        part.label[open_] = chaotic_labels(attractors, section, tau[open_], w[open_], rule)
+    part.time[open_] = math.nan
+    found.label[left], found.impacts[left], found.time[left] = part
+
+
+def _label_early(
+    attractors: Attractors, section: NextCollisionMap, tau: Floats, w: Floats,
+    rule: LabelRule, regions: Mapping[int, AbsorbingRegion], found: StartLabels,
+) -> None:  # fmt: skip
+    """Label the starts that EARLY impacts decide, with the regions.
+
+    Each start is followed from its beginning: in pieces it would have other roundings, and where it
+    comes near to contact it might end elsewhere.
+    """
+    # chaotic attractors are the last: without them all other labels are the same
+    others = tuple(one for one in attractors.found if one.kind is not AttractorKind.CHAOTIC)
+    quiet = attractors._replace(found=others)
+    platform = section.axial_forcing, section.restitution
+    for impacts in EARLY:
+        _label(quiet, section, tau, w, rule._replace(cap=impacts), found)
+        left = np.flatnonzero(found.label == UNRESOLVED)
+        after = iterated(tau[left], w[left], platform, impacts)
+        for label, region in regions.items():
+            found.label[left[region.hold(*after[:2])]] = label
 
 
 def label_followed(

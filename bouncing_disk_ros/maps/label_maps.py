@@ -32,6 +32,11 @@ LARGEST = 256
 """Largest square and distance (pixels): blocks of a huge map overlap by so much."""
 
 
+def centres(begin: float, end: float, count: int) -> NDArray[np.float64]:
+    """Centres (count,) of pixels from begin to end."""
+    return begin + (end - begin) * (np.arange(count) + 0.5) / count
+
+
 class LabelMap(Protocol):
     """Labels (rows, columns): an array, or what is read where it is sliced (xarray, Zarr)."""
 

@@ -134,7 +134,7 @@ class TracedEngine(Engine):
         name = _KINDS.get(kind, Kind.PROPAGATED)
         if name is Kind.CHATTER and value == STILLED:
             name = Kind.STILL
-        motion, disk, after = motion_of(self), disk_of(self.k), state_of(self.state)
+        motion, disk, after = motion_of(self), disk_of(self.disk), state_of(self.state)
         event = Event(
             name, before, motion, disk, delay, value, after, boundary_ns, self.inherited(before)
         )
@@ -167,6 +167,6 @@ def trace(
     before = state_of(engine.state)
     delay = ((until_ns - before.ns) - before.sub) * 1e-9
     if is_end and delay > 0.0 and not engine.in_chatter:
-        motion, disk = motion_of(engine), disk_of(engine.k)
+        motion, disk = motion_of(engine), disk_of(engine.disk)
         inherited = engine.inherited(before)
         yield Event(Kind.PROPAGATED, before, motion, disk, delay, 0.0, None, until_ns, inherited)

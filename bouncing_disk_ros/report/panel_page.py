@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,15 +23,30 @@ _METADATA = {"png": "Software", "svg": "Creator", "pdf": "Creator"}
 
 def panels_page(title: str, subtitle: str, drawn: Sequence[tuple[Panel, str]]) -> Figure:
     """Panels, with the reason why one is empty: two in a row; the last of an odd number has one."""
-    rows = math.ceil(len(drawn) / 2)
-    figure = new_figure(10.0, 4.3 * rows)
-    grid = figure.add_gridspec(rows, 2)
-    for place, (panel, absence) in enumerate(drawn):
-        alone = place == len(drawn) - 1 and place % 2 == 0
-        axes = figure.add_subplot(grid[place // 2, :] if alone else grid[place // 2, place % 2])
-        draw_panel(axes, panel, absence)
-    figure.suptitle(f"{_plain(title)}\n{typeset(_plain(subtitle))}", fontsize=12)
+    names = [str(place) for place in range(len(drawn))]
+    pairs = [(*names[place : place + 2], names[-1])[:2] for place in range(0, len(names), 2)]
+    panels = {name: panel for name, (panel, _) in zip(names, drawn, strict=True)}
+    absences = {name: absence for name, (_, absence) in zip(names, drawn, strict=True)}
+    heading = f"{_plain(title)}\n{typeset(_plain(subtitle))}"
+    size = 10.0, 4.3 * len(pairs)
+    figure, _ = panels_figure(heading, size, dict.fromkeys(pairs, 1.0), panels, absences)
     return figure
+
+
+def panels_figure(
+    title: str, size: tuple[float, float], rows: Mapping[tuple[str, ...], float],
+    panels: Mapping[str, Panel], absences: Mapping[str, str] | None = None,
+) -> tuple[Figure, Mapping[str, Any]]:  # fmt: skip
+    """A figure of panels by name, and the axes of each. `absences`: why one is empty.
+
+    `rows`: the names in each row, twice that of a panel as wide as two, and how high the row is.
+    """
+    figure = new_figure(*size)
+    axes = figure.subplot_mosaic([list(row) for row in rows], height_ratios=list(rows.values()))
+    for name, panel in panels.items():
+        draw_panel(axes[name], panel, (absences or {}).get(name, "nothing recorded"))
+    figure.suptitle(title, fontsize=12)
+    return figure, axes
 
 
 def save_page(figure: Figure, path: Path) -> None:
@@ -105,7 +120,8 @@ def _draw_series(axes: Any, part: Series) -> None:
         case SeriesStyle.DASHED:
             axes.plot(part.x, part.y, "--", color=color, lw=1.4, label=label, zorder=3)
         case SeriesStyle.RINGS:
-            axes.plot(part.x, part.y, "o", mfc="none", color=color, ms=8, mew=1.4, label=label,
-                      zorder=4)  # fmt: skip
+            size, width = ((8.0, 1.4), (5.0, 1.0), (3.0, 0.7))[part.crowding]
+            axes.plot(part.x, part.y, "o", mfc="none", color=color, ms=size, mew=width,
+                      label=label, zorder=4, **many)  # fmt: skip
         case SeriesStyle.CROSSES:
             axes.plot(part.x, part.y, "+", color=color, ms=14, mew=1.6, label=label, zorder=5)

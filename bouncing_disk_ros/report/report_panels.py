@@ -150,7 +150,7 @@ def energy_panel(report: Report, most: int) -> Panel:
                 )
             )
         note += "Rings: losses recomputed from the impacts. "
-    return Panel("Energy ledger", "simulated time t (s)", "energy E (J)", drawn, note,
+    return Panel("Energy ledger", TIME, "energy E (J)", drawn, note,
                  x_range=time_range(report), topics=("/diagnostics",))  # fmt: skip
 
 
@@ -158,6 +158,7 @@ def energy_panel(report: Report, most: int) -> Panel:
 # Heights of disk and platform over the last periods of a segment, as a panel.
 
 
+TIME, HEIGHT, SPEED = "simulated time t (s)", "height x, s (mm)", "angular velocity α̇ (rad/s)"
 PERIODS = 6
 """Periods of the platform that are shown."""
 LEAST_SAMPLES = 12
@@ -166,7 +167,7 @@ _POINTS = 600
 """Of each curve that is drawn from the impacts."""
 
 
-def height_panel(report: Report, time_label: str) -> Panel:
+def height_panel(report: Report) -> Panel:
     """X of the disk and s of the platform in the last periods of the segment shown.
 
     From samples; where these are too few, from the impacts: sine and parabolas; else points.
@@ -178,7 +179,7 @@ def height_panel(report: Report, time_label: str) -> Panel:
     if part is not None and part.segment.motion is not None and part.is_confirmed:
         drawn, note = _series(report, part.segment, part.segment.motion)
     topics = ("joint_states", "platform/motion")
-    return Panel(title, time_label, "height x, s (mm)", drawn, note, topics=topics)
+    return Panel(title, TIME, HEIGHT, drawn, note, topics=topics)
 
 
 def _series(report: Report, segment: Segment, motion: Motion) -> tuple[list[Series], str]:
@@ -208,16 +209,21 @@ def sampled_heights(
     """Heights by samples and impacts; lines have gaps where samples are `longest` (s) apart."""
     heights = [(state.time, state.platform_position, state.disk_position) for state in states]
     samples = np.array(heights).reshape(-1, 3)
-    corners = np.stack((rows["time"], rows["axial_position"]), axis=1)
-    path = np.concatenate((samples[:, ::2], corners))  # samples miss the corners
-    path = path[np.argsort(path[:, 0], kind="stable")]
+    time, height = with_corners(samples[:, 0], samples[:, 2], rows)
     platform = with_gaps(samples[:, 0], 1e3 * samples[:, 1], longest)
-    disk = with_gaps(path[:, 0], 1e3 * path[:, 1], longest)
+    disk = with_gaps(time, 1e3 * height, longest)
     return [
         series("platform s", *platform, look, 3),
         series("disk x", *disk, look, 0),
         *_impacts(rows),
     ]
+
+
+def with_corners(time: Column, height: Column, rows: NDArray[np.void]) -> tuple[Column, Column]:
+    """Samples and impacts in the order of time: the samples alone miss the corners."""
+    times = np.concatenate((time, rows["time"]))
+    order = np.argsort(times, kind="stable")
+    return times[order], np.concatenate((height, rows["axial_position"]))[order]
 
 
 def _impacts(rows: NDArray[np.void]) -> list[Series]:
@@ -252,7 +258,6 @@ def _from_impacts(
 # The figures of a report as panels: series with labels, downsampled where too long.
 
 
-TIME = "simulated time t (s)"
 PHASE = "forcing phase at impact τ_imp (rad)"
 VELOCITY = "impact velocity w_A/(πg/ω)"
 ZOOMED = 0.5 * math.pi
@@ -271,7 +276,7 @@ def panels(report: Report, most: int) -> list[Panel]:
         _return_map(report, most),
         energy_panel(report, most),
         _lateness(report, most),
-        height_panel(report, TIME),
+        height_panel(report),
     ]
 
 
@@ -339,7 +344,7 @@ def _speed(
         ends = np.array([part.segment.begin, part.segment.end])
         level = np.full(2, mean_speed(part.segment.motion, part.segment.disk))
         drawn.append(series("eq. 4, period 1", ends, level, SeriesStyle.DASHED, 1))
-    return Panel("Rotor speed", TIME, "angular velocity α̇ (rad/s)", drawn, note, spans, marks,
+    return Panel("Rotor speed", TIME, SPEED, drawn, note, spans, marks,
                  x_range=time_range(report),
                  topics=("joint_states", "disk/rotor_speed", "disk/impacts"))  # fmt: skip
 

@@ -11,10 +11,17 @@ from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.core.model import Motion
 from bouncing_disk_ros.maps.period_one import PeriodOne, period_one
 from bouncing_disk_ros.maps.scales import axial_forcing_of, velocity_scale
-from bouncing_disk_ros.matplotlib_figures import new_figure, typeset
+from bouncing_disk_ros.matplotlib_figures import typeset
 from bouncing_disk_ros.report.panel import Panel, SeriesStyle, series, with_gaps
-from bouncing_disk_ros.report.panel_page import draw_panel
-from bouncing_disk_ros.report.report_panels import PHASE, TIME, VELOCITY, sampled_heights
+from bouncing_disk_ros.report.panel_page import panels_figure
+from bouncing_disk_ros.report.report_panels import (
+    HEIGHT,
+    PHASE,
+    SPEED,
+    TIME,
+    VELOCITY,
+    sampled_heights,
+)
 from bouncing_disk_ros.report.run_record import RunRecord
 from bouncing_disk_ros.report.run_summary import last_orbit
 from bouncing_disk_ros.units import NS
@@ -32,11 +39,6 @@ def run_picture(record: RunRecord, title: str) -> Figure:
 
     >>> run_picture(read_run("run_1"), "run 1")
     """
-    figure = new_figure(11.0, 10.5)
-    axes = figure.subplot_mosaic(
-        [["heights", "heights"], ["speeds", "speeds"], ["section", "phases"]],
-        height_ratios=[1.0, 0.8, 1.25],
-    )
     motion = record.motion or (record.motions[-1].target if record.motions else None)
     orbit = period_one(motion, record.disk) if motion else None
     panels = {
@@ -45,14 +47,16 @@ def run_picture(record: RunRecord, title: str) -> Figure:
         "section": _section(record, motion, orbit),
         "phases": _phases(record, orbit),
     }
-    for name, panel in panels.items():
-        draw_panel(axes[name], panel, "nothing recorded")
+    subtitle = _subtitle(record, motion)
+    figure, axes = panels_figure(
+        f"{title}\n{subtitle}" if subtitle else title, (11.0, 10.5),
+        {("heights",) * 2: 1.0, ("speeds",) * 2: 0.8, ("section", "phases"): 1.25},
+        panels,
+    )  # fmt: skip
     axes["section"].margins(y=0.12)
     for number, row in enumerate(record.rows[:NUMBERED], 1):
         place = (row["forcing_phase"], row["y"])
         axes["section"].annotate(str(number), place, (5, 4), textcoords="offset points", fontsize=9)
-    subtitle = _subtitle(record, motion)
-    figure.suptitle(f"{title}\n{subtitle}" if subtitle else title, fontsize=13)
     return figure
 
 
@@ -100,7 +104,7 @@ def _heights(record: RunRecord) -> Panel:
         if motion.begin_ns < motion.end_ns and begin <= motion.end_ns / NS <= end
     ]
     return Panel(
-        "The first toss and the change of motion (grey)", TIME, "height x, s (mm)",
+        "The first toss and the change of motion (grey)", TIME, HEIGHT,
         sampled_heights(states, rows, SeriesStyle.LINE, _longest_step(record)),
         spans=changes, x_range=(begin, end),
     )  # fmt: skip
@@ -116,7 +120,7 @@ def _speeds(record: RunRecord, orbit: PeriodOne | None) -> Panel:
     if orbit is not None and span is not None:
         name = f"ωΦ cos(τ_imp + θ) = {orbit.angular_velocity:.2f} rad/s (eq. 4)"
         drawn.append(series(name, span, [orbit.angular_velocity] * 2, SeriesStyle.DASHED, 1))
-    return Panel("Rotor speed", TIME, "angular velocity α̇ (rad/s)", drawn, x_range=span)
+    return Panel("Rotor speed", TIME, SPEED, drawn, x_range=span)
 
 
 def _section(record: RunRecord, motion: Motion | None, orbit: PeriodOne | None) -> Panel:

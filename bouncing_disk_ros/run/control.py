@@ -323,19 +323,15 @@ class RunControl:
             self._outlet.ended(self.session.fault)
 
     # --- inputs -----------------------------------------------------------------------------------
-    def open(self, field: str, *, by_stamps: bool = False) -> tuple[Session, Instant]:
-        """The session and the instant at which an input arrives; InputError unless active.
-
-        `by_stamps`: while paused too, stamps are on the line of those that were published.
-        """
+    def open(self, field: str) -> tuple[Session, Instant]:
+        """The session and the instant at which an input arrives; InputError unless active."""
         if not self._active:
             raise inactive(self._name, field, "inactive")
         if self.session.fault:
             raise ended(self._name, field)
         self.loop.finish_samples()
         session, times = self.session, self._times
-        by_stamps = by_stamps or self.gates is not None
-        if session.paused and not times.clock_is_simulated and not by_stamps:
+        if session.paused and not times.clock_is_simulated and self.gates is None:
             # real time passes, simulated time stands
             times = replace(times, simulated_ns=session.time_ns, ros_ns=self._ros_now())
         tolerance = nanoseconds(float(self._values["command_tolerance"]))

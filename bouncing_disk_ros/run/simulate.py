@@ -255,21 +255,26 @@ def _points(
 
 
 def _run(session: Session, end_ns: int, sample_rate: SupportsFloat | None) -> NDArray[np.void]:
-    """Advance to the end, with a sample at each instant of the grid."""
-    rows, count = np.zeros(0, SAMPLE_DTYPE), 0
-    if sample_rate is not None:
-        rate = float(parameters.TABLE["state_rate"].checked(sample_rate))
-        most = int(end_ns / NS * rate) + 2
-        if most > MOST_SAMPLES:
-            given = f"{sample_rate} Hz over {end_ns / NS:g} s"
-            raise InputError("sample_rate", given, f"at most {MOST_SAMPLES} samples")
-        rows, grid = np.zeros(most, SAMPLE_DTYPE), Grid(rate, -1)
-        while grid.next_ns <= end_ns:
-            _advance(session, grid.next_ns)
-            rows[count] = tuple(session.simulation.sample())
-            count += 1
-            grid.advance()
-    _advance(session, end_ns)
+    """Advance to the end, with samples at a rate that is checked."""
+    if sample_rate is None:
+        advance_to(session, end_ns)
+        return np.zeros(0, SAMPLE_DTYPE)
+    rate = float(parameters.TABLE["state_rate"].checked(sample_rate))
+    if int(end_ns / NS * rate) + 2 > MOST_SAMPLES:
+        given = f"{sample_rate} Hz over {end_ns / NS:g} s"
+        raise InputError("sample_rate", given, f"at most {MOST_SAMPLES} samples")
+    return sampled(session, end_ns, rate)
+
+
+def sampled(session: Session, end_ns: int, rate: float) -> NDArray[np.void]:
+    """Advance to the end, with a sample at each instant k / rate (Hz): rows of SAMPLE_DTYPE."""
+    rows, count, grid = np.zeros(int(end_ns / NS * rate) + 2, SAMPLE_DTYPE), 0, Grid(rate, -1)
+    while grid.next_ns <= end_ns:
+        advance_to(session, grid.next_ns)
+        rows[count] = tuple(session.simulation.sample())
+        count += 1
+        grid.advance()
+    advance_to(session, end_ns)
     return rows[:count].copy()
 
 
@@ -281,7 +286,8 @@ def _closed(session: Session) -> Energy:
     return energy
 
 
-def _advance(session: Session, until_ns: int) -> None:
+def advance_to(session: Session, until_ns: int) -> None:
+    """Simulate up to an instant. FailedError where it cannot go on."""
     while not session.resolve_waiting() or session.advance(until_ns):
         if session.fault:
             raise FailedError(session.fault)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, SupportsInt
 
 import numpy as np
 import xarray as xr
@@ -14,8 +14,8 @@ from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.maps.attractors import (
     Attractor,
     AttractorKind,
+    attractor_name,
     numbered,
-    periodic_name,
 )
 
 Floats = NDArray[np.float64]
@@ -117,20 +117,16 @@ def _names(found: Mapping[str, object], count: int) -> list[str]:
     for line in range(count):
         places = np.flatnonzero(fields["line_kind"][line] >= 0)
         ends = [
-            attractor_name(
-                *(int(fields[f"line_{name}"][line, k]) for name in ("kind", "impacts", "cycles"))
-            )
+            name_of(*(fields[f"line_{name}"][line, k] for name in ("kind", "impacts", "cycles")))
             for k in (places[0], places[-1])
         ]
         names.append(ends[0] if ends[0] == ends[1] else f"{ends[0]} … {ends[1]}")
     return names
 
 
-def attractor_name(kind: int, impacts: int, cycles: int) -> str:
+def name_of(kind: SupportsInt, impacts: SupportsInt, cycles: SupportsInt) -> str:
     """What an attractor is called, by the fields of the study."""
-    if KINDS[kind] is not AttractorKind.PERIODIC:
-        return str(KINDS[kind])
-    return periodic_name(impacts, cycles)
+    return attractor_name(KINDS[int(kind)], int(impacts), int(cycles))
 
 
 # ------------------------------------------------------------------------------------------------

@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION
+from bouncing_disk_ros.colours import ATTRACTORS, BLACK, GREY
 
-COLORS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION)
-"""Of the attractors with the largest shares; all others are grey."""
+STRONG = 6
+"""So many attractors with the largest shares have a colour; all others are grey."""
 _WHOLE = {"clip_on": False, "in_layout": False}
 """Dots at the ends of an axis are drawn whole; they move no panel."""
 
@@ -23,7 +23,7 @@ def line_colors(result: xr.Dataset) -> list[str]:
     names = [str(name) for name in result["line_name"].values]
     largest = np.nanmax(result["line_share"].values, axis=1) if names else np.empty(0)
     colors = [GREY] * len(names)
-    strong = iter(COLORS)
+    strong = iter(ATTRACTORS[:STRONG])
     for i in np.argsort(-largest, kind="stable"):
         if names[i].split()[0].rstrip("…") in ("chattering", "rest"):
             colors[i] = BLACK

@@ -34,14 +34,17 @@ from bouncing_disk_ros.colours import (
     attractor_colors,
 )
 from bouncing_disk_ros.errors import FailedError, InputError
-from bouncing_disk_ros.maps.absorbing_region import Regions, absorbing_regions, labels_by_regions
+from bouncing_disk_ros.maps.absorbing_region import AbsorbingRegion, absorbing_regions
 from bouncing_disk_ros.maps.attractor_search import window_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors, numbered
 from bouncing_disk_ros.maps.basin_labels import LabelRule, label_starts
+from bouncing_disk_ros.maps.label_maps import centres
+from bouncing_disk_ros.maps.labelled_window import label_plane
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.study.basins.options import DEFINITION as BASINS
 from bouncing_disk_ros.units import in_pi, number_text, shown_unit
-from bouncing_disk_ros.workbench.computed_pane import ComputedPane, IsObsolete, LatestWork, placed
+from bouncing_disk_ros.workbench.computed_pane import ComputedPane, placed
+from bouncing_disk_ros.workbench.latest_work import IsObsolete, LatestWork
 from bouncing_disk_ros.workbench.page_style import one_column
 from bouncing_disk_ros.workbench.start_plane import (
     NOT_DECIDED,
@@ -49,7 +52,6 @@ from bouncing_disk_ros.workbench.start_plane import (
     Start,
     View,
     Window,
-    centres,
     described,
     is_distinct,
     orbit_of,
@@ -84,15 +86,13 @@ def view(
     known = attractors_of(section)
     # looking for them takes longer than a coarse view
     regions = _regions(section) if side > COARSE else {}
-    speeds, phases = centres(*window[2:], side), centres(*window[:2], side) % math.tau
+    speeds, phases = centres(*window[2:], side), centres(*window[:2], side)
     labels = np.empty((side, side), np.int32)
     for first in range(0, side, _ROWS):
         if is_obsolete():
             return None
         rows = slice(first, first + _ROWS)
-        w, tau = (v.ravel() for v in np.meshgrid(speeds[rows], phases, indexing="ij"))
-        part = labels_by_regions(known, section, tau, w, _rule(), regions)
-        labels[rows] = part.reshape(-1, side)
+        labels[rows] = label_plane(known, section, phases, speeds[rows], _rule(), regions).label
     names = tuple(numbered([one.name for one in known.found]))
     return View(window, labels, known.found, names, is_distinct(window, side))
 
@@ -122,7 +122,7 @@ def attractors_of(section: NextCollisionMap) -> Attractors:
 
 
 @lru_cache(maxsize=_KEPT // 4)
-def _regions(section: NextCollisionMap) -> Regions:
+def _regions(section: NextCollisionMap) -> dict[int, AbsorbingRegion]:
     return absorbing_regions(section, attractors_of(section))
 
 

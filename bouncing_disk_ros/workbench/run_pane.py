@@ -1,14 +1,9 @@
-"""The pane of the run: its figures, what of the run fits a side window, and when frames are sent.
-
-`RunPane` draws; before it `RunFigures` (empty figures) and `FlowControl` (when a page gets its next
-frame).
-"""
+"""The pane of the run: puts frames of a `RunView` into its figures, as fast as the page draws."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, cast
 
@@ -25,6 +20,7 @@ from bouncing_disk_ros.maps.scales import axial_forcing_of, velocity_scale
 from bouncing_disk_ros.side_window import SideWindow, side_window
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.units import in_pi, number_text, shown_unit
+from bouncing_disk_ros.workbench.flow_control import FlowControl
 from bouncing_disk_ros.workbench.page_style import one_column
 from bouncing_disk_ros.workbench.run_history import RunHistory, numbers
 from bouncing_disk_ros.workbench.run_view import PATH_SECONDS, SPEED_SECONDS, Frame, RunView
@@ -35,6 +31,11 @@ SLICES = (SKY, DISK) * 4
 MARKS = 12
 SIDE_WIDTH, SIDE_HEIGHT, LOWER = 230, 225, 195
 """Sizes of the frames of the side view and of the lower figures, pixels."""
+KEPT_PATH, KEPT_SPEEDS, KEPT_POINTS = 2000, 1000, 5000
+"""Rows that a figure holds in the browser."""
+WINDOW_SECONDS = 1.0
+"""The window of heights is looked at again this often, in seconds of the wall clock."""
+_ASPECT = SIDE_HEIGHT / SIDE_WIDTH
 
 
 class RunFigures(NamedTuple):
@@ -158,61 +159,6 @@ def _section() -> tuple[Any, ColumnDataSource, ColumnDataSource]:
     return section, points, theory
 
 
-# ------------------------------------------------------------------------------------------------
-# When to send a page the next frame: only as fast as it draws.
-#
-# Bokeh's browser side tells the end of an axis that follows the data once it has drawn them; that
-# is
-# the acknowledgement. A page that draws slowly, or lies in a hidden tab and draws nothing, gets
-# fewer
-# frames instead of a queue that grows.
-
-
-MOST_AHEAD = 3
-"""Frames that may be on their way."""
-PATIENCE = 1.0
-"""Seconds after which a frame goes out though nothing was acknowledged: the word may be lost.
-Doubled each time, up to LONGEST."""
-LONGEST = 64.0
-
-
-class FlowControl:
-    """Counts the frames on their way to one page. Times of the clock in s, `end`s of the axis."""
-
-    def __init__(self) -> None:
-        self.sent = 0
-        self.drawn = 0
-        self._ahead: deque[float] = deque()
-        self._last = -LONGEST
-        self._patience = PATIENCE
-
-    def may_send(self, now: float) -> bool:
-        """Whether the page has room for another frame."""
-        if len(self._ahead) < MOST_AHEAD:
-            return True
-        return now - self._last >= self._patience
-
-    def note_sent(self, now: float, end: float) -> None:
-        """A frame has gone out that moves the axis to an end."""
-        if len(self._ahead) >= MOST_AHEAD:
-            self._ahead.popleft()
-            self._patience = min(2.0 * self._patience, LONGEST)
-        self._ahead.append(end)
-        self._last = now
-        self.sent += 1
-
-    def note_drawn(self, end: float) -> None:
-        """The page has drawn an axis up to an end."""
-        self._patience = PATIENCE
-        while self._ahead and (self._ahead[0] <= end + 1e-9 or self._ahead[-1] < end):
-            self._ahead.popleft()
-            self.drawn += 1
-
-    def restart(self) -> None:
-        """The axis begins anew: nothing is on its way."""
-        self._ahead.clear()
-
-
 def fitted(low: float, high: float, least: float, start: float, end: float) -> tuple[float, float]:
     """A range for values from `low` to `high`, at least `least` wide.
 
@@ -223,17 +169,6 @@ def fitted(low: float, high: float, least: float, start: float, end: float) -> t
         return start, end
     middle = 0.5 * (low + high)
     return middle - 0.65 * span, middle + 0.65 * span
-
-
-# ------------------------------------------------------------------------------------------------
-# The pane of a run: puts frames of a `RunView` into the figures, as fast as the page draws.
-
-
-KEPT_PATH, KEPT_SPEEDS, KEPT_POINTS = 2000, 1000, 5000
-"""Rows that a figure holds in the browser."""
-WINDOW_SECONDS = 1.0
-"""The window of heights is looked at again this often, in seconds of the wall clock."""
-_ASPECT = SIDE_HEIGHT / SIDE_WIDTH
 
 
 class RunPane:

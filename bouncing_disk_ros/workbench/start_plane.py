@@ -11,17 +11,19 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, join_rows
 from bouncing_disk_ros.core.simulation import Simulation
-from bouncing_disk_ros.errors import FailedError, InputError
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractors import (
     Attractor,
     AttractorKind,
     refuse_conservative,
 )
+from bouncing_disk_ros.maps.label_maps import centres
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.scales import acceleration, axial_forcing_of, velocity_scale
 from bouncing_disk_ros.parameters import DEFAULTS, Value, complete
 from bouncing_disk_ros.run.session import Session, motion_of
-from bouncing_disk_ros.run.time_map import Grid, nanoseconds
+from bouncing_disk_ros.run.simulate import advance_to, sampled
+from bouncing_disk_ros.run.time_map import nanoseconds
 from bouncing_disk_ros.study.basins.options import DEFINITION as BASINS
 from bouncing_disk_ros.units import number_text
 
@@ -86,11 +88,6 @@ def pixel_centre(window: Window, side: int, phase: float, velocity: float) -> tu
         for one, value in zip(ends, (phase, velocity), strict=True)
     )
     return tau, w
-
-
-def centres(begin: float, end: float, count: int) -> NDArray[np.float64]:
-    """Centres (count,) of pixels from begin to end, as the study `basins` places them."""
-    return begin + (end - begin) * (np.arange(count) + 0.5) / count
 
 
 def place_of(begin: float, end: float, count: int, value: float) -> int:
@@ -189,23 +186,15 @@ def orbit_of(values: Mapping[str, float], start: Start) -> Orbit:
     whole = complete({**_in_force(values), **start.parameters})
     session = Session(whole, lambda _: None, paused=True)
     frequency = float(whole["frequency"])
-    rows = [_sampled(session, ns) for ns in sample_instants(frequency)]
-    _advance(session, nanoseconds(IMPACT_PERIODS / frequency))
+    end = nanoseconds((PATH_PERIODS + 0.5 / SAMPLES) / frequency)  # rounding loses no sample
+    path = sampled(session, end, SAMPLES * frequency)
+    advance_to(session, nanoseconds(IMPACT_PERIODS / frequency))
     impacts = join_rows(session.take_rows())
     scale = velocity_scale(motion_of(whole), Disk.of(whole))
-    time, height, platform = np.array(rows).T
-    velocity = impacts["axial_impact_velocity"] / scale
-    return Orbit(start, impacts, impacts["forcing_phase"], velocity, time, height, platform)
-
-
-def sample_instants(frequency: float) -> list[int]:
-    """Instants (ns) of the path: those of a run that is sampled SAMPLES times a period."""
-    grid = Grid(SAMPLES * frequency, -1)
-    found = []
-    for _ in range(PATH_PERIODS * SAMPLES + 1):
-        found.append(grid.next_ns)
-        grid.advance()
-    return found
+    return Orbit(
+        start, impacts, impacts["forcing_phase"], impacts["axial_impact_velocity"] / scale,
+        path["time_ns"] * 1e-9, path["axial_position"], path["platform_position"],
+    )  # fmt: skip
 
 
 def _in_force(values: Mapping[str, float]) -> dict[str, Value]:
@@ -226,15 +215,3 @@ def _around(value: float) -> list[float]:
 def _miss(met: float, wanted: float) -> float:
     """How far a relative velocity is from the one wanted; it must be an impact."""
     return abs(met - wanted) if met < 0.0 else math.inf
-
-
-def _sampled(session: Session, until_ns: int) -> tuple[float, float, float]:
-    _advance(session, until_ns)
-    sample = session.simulation.sample()
-    return until_ns * 1e-9, sample.axial_position, sample.platform_position
-
-
-def _advance(session: Session, until_ns: int) -> None:
-    while session.advance(until_ns):
-        if session.fault:
-            raise FailedError(session.fault)

@@ -16,30 +16,31 @@ ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "bouncing_disk_ros"
 
 TABLES = {
-    "angles", "animation", "bounded", "colours", "errors",
+    "angles", "animation", "bounded", "colours", "distributions", "errors",
     "executables", "field_checks", "matplotlib_figures", "folders", "help_text", "impact_layout",
     "kernel_cache", "limits", "parameters", "parsing", "public_names", "regular_file",
-    "side_window", "sliders", "topics", "units",
+    "scalar_search", "side_window", "sliders", "topics", "units",
 }  # fmt: skip
 #: folder of the base -> the folders it may import. A new folder must be entered here or below.
 BASE = {
     "command_line": {"command_line"},
-    "bag": {"bag"},
+    "bag": {"bag", "command_line"},
     "core": {"core"},
     "maps": {"maps", "core"},
     "run": {"run", "core"},
     "ros": {"ros", "command_line", "run", "core", "bag"},
-    "report": {"report", "ros", "run", "maps", "core", "bag"},
+    "report": {"report", "command_line", "ros", "run", "maps", "core", "bag"},
     "study": {"study", "command_line", "report", "ros", "run", "maps", "core", "bag"},
     "nodes": {"nodes", "command_line", "report", "ros", "run", "maps", "core", "bag"},
 }
 #: folder of an extension -> the folders it may import; no folder of the base imports one of these
 EXTENSIONS = {
     "motor_study": {"motor_study", "study", "report", "maps", "core"},
-    "resilience_studies": {"resilience_studies", "study", "report", "maps", "core"},
+    "orbit_studies": {"orbit_studies", "study", "report", "maps", "core"},
     "juggling": {"juggling", "command_line", "study", "report", "ros", "maps", "core"},
     "measured": {"measured", "command_line", "report", "run", "maps", "core", "bag"},
     "proof": {"proof", "report", "ros", "run", "core", "bag"},
+    "testing": {"testing", "command_line", "nodes", "ros", "run", "core"},
     "cases": {"cases", "command_line", "proof", "run", "core"},
     "workbench": {"workbench", "command_line", "juggling", "study", "report", "ros", "run", "maps",
                   "core", "bag"},
@@ -50,7 +51,6 @@ MAY_IMPORT = {
     **dict.fromkeys(TABLES, TABLES),
     "__init__": {*TABLES, "command_line", "study"},
     "plots": TABLES,
-    "testing": {"command_line", "nodes", "ros", "run", "core"} | TABLES,
     "__main__": {*TABLES, "command_line"},
 }
 #: libraries from outside that the package may import; kernels and the core those of `NUMBERS` alone

@@ -67,7 +67,6 @@ class SimulatorNode(LifecycleNode):
         self._error: InputError | None = None
         self.last_refusal: InputError | None = None
         self._starting = False
-        self.holding: Gates | None = None  # set by tests that apply inputs themselves
         try:
             self._set_up()
             if self._values["autostart"]:
@@ -255,7 +254,7 @@ class SimulatorNode(LifecycleNode):
     # --- inputs -----------------------------------------------------------------------------------
     def open_session(self, field: str) -> tuple[Session, Instant]:
         """The session that accepts inputs now, and the instant of arrival; else InputError."""
-        return self._current(field).open(field, by_stamps=self.holding is not None)
+        return self._current(field).open(field)
 
     def _current(self, field: str) -> RunControl:
         if self.run is None:
@@ -284,16 +283,14 @@ class SimulatorNode(LifecycleNode):
         self.trigger_shutdown()
 
     def hold(self, topic: str, number: int | None, data: bytes, act: Callable[[], object]) -> bool:
-        """Keep an input for a gate of a lockstep, or in `holding`; False: it is to act at once."""
-        gates = self.holding if self.run is None or self.holding else self.run.gates
-        if gates is None:
+        """Keep an input for a gate of a lockstep; False: it is to act at once."""
+        if self.run is None or self.run.gates is None:
             return False
         try:
-            gates.hold(topic, number, data, act)
+            self.run.gates.hold(topic, number, data, act)
         except InputError as error:
             self.refuse(error)
-        if self.run is not None:
-            self.run.go_on()
+        self.run.go_on()
         return True
 
     def publish_consequences(self) -> None:

@@ -12,7 +12,8 @@ import xarray as xr
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractors import Attractors
 from bouncing_disk_ros.maps.basin_labels import label_starts
-from bouncing_disk_ros.maps.label_maps import UNRESOLVED
+from bouncing_disk_ros.maps.label_maps import UNRESOLVED, centres
+from bouncing_disk_ros.maps.labelled_window import label_plane
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.resilience_studies.edge_states import boundary_pairs, edge_states
@@ -88,11 +89,10 @@ class Manifolds(Basins):
         known = from_arrays(arrays)
         given = self.parameters
         low, high = float(given["velocity_begin"]), float(given["velocity_end"])
-        centres = (np.arange(SEARCHED) + 0.5) / SEARCHED
-        tau, w = math.tau * centres, low + (high - low) * centres
-        columns, rows = np.meshgrid(tau, w)
-        labels = label_starts(known, self._map, columns.ravel(), rows.ravel()).label
-        pairs = boundary_pairs(labels.reshape(rows.shape), tau, w, int(given["pairs"]))
+        parts = centres(0.0, 1.0, SEARCHED)
+        tau, w = math.tau * parts, low + (high - low) * parts
+        labels = label_plane(known, self._map, tau, w).label
+        pairs = boundary_pairs(labels, tau, w, int(given["pairs"]))
         saddles, lost = edge_states(self._map, known, pairs)
         rule = GrowthRule(
             distance=float(given["distance"]), angle=float(given["angle"]), lowest=low,

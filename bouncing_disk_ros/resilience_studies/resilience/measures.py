@@ -42,10 +42,9 @@ def measure(
     attractor = known.found[label]
     own = window.ends() == label
     n = own.size
-    grid = own.reshape(window.side, window.side)
-    cut = np.zeros(grid.shape, bool)
-    cut[1:] = grid[1:] != grid[:-1]
-    cut |= grid != np.roll(grid, 1, axis=1)
+    cut = np.zeros(own.shape, bool)
+    cut[1:] = own[1:] != own[:-1]
+    cut |= own != np.roll(own, 1, axis=1)
     time = window.labels.time / math.tau
     direct = window.labels.label == label
     mine = time[own & np.isfinite(time)]

@@ -155,14 +155,12 @@ def _stretches(result: xr.Dataset) -> list[tuple[str, int, np.ndarray]]:
     """Name, line and places along the axis of each kind of attractor, the longest first."""
     import numpy as np
 
-    from bouncing_disk_ros.study.attractor_lines import attractor_name
+    from bouncing_disk_ros.study.attractor_lines import name_of
 
     found: dict[tuple[str, int], list[int]] = {}
     fields = [result[f"line_{name}"].values for name in ("kind", "impacts", "cycles")]
     for line, k in np.argwhere(fields[0] >= 0):
-        about = [int(field[line, k]) for field in fields]
-        periodic = about[1] > 0
-        name = attractor_name(*(about if periodic else (about[0], 0, 0)))
+        name = name_of(*(field[line, k] for field in fields))
         found.setdefault((name, int(line)), []).append(int(k))
     share = result["line_share"].values
     rows = [(name, line, np.array(places)) for (name, line), places in found.items()]

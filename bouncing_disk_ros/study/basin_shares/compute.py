@@ -119,7 +119,7 @@ class BasinShares(Study):
         n, lowest = int(given["samples"]), float(given["velocity_begin"])
         window = label_window(section, n, lowest)
         found, missed = window.known, window.missed
-        labels = window.ends().reshape(n, n)
+        labels = window.ends()
         kinds = np.array([class_of(a) for a in found.found] + [CLASSES.index("unresolved")])
         merged = kinds[np.where(labels == UNRESOLVED, len(kinds) - 1, labels)].astype(np.int32)
         parts = shares(merged, len(CLASSES))

@@ -22,18 +22,20 @@ from bouncing_disk_ros.maps.attractors import (
     numbered,
     refuse_conservative,
 )
-from bouncing_disk_ros.maps.basin_labels import Floats, LabelRule, label_starts
+from bouncing_disk_ros.maps.basin_labels import Floats, LabelRule
 from bouncing_disk_ros.maps.label_maps import (
     PIXELS,
     UNRESOLVED,
     LabelMap,
     basin_entropy,
     box_dimension,
+    centres,
     row_blocks,
     shares,
     uncertainty_exponent,
     unresolved_fraction,
 )
+from bouncing_disk_ros.maps.labelled_window import label_plane
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.settled_speed import settled_speeds
 from bouncing_disk_ros.parameters import Value
@@ -117,8 +119,7 @@ class Basins(Study):
     def _pixels(self, name: str, count: str) -> NDArray[np.float64]:
         """Centres of the pixels along an axis."""
         begin, end = (float(self.parameters[f"{name}_{side}"]) for side in ("begin", "end"))
-        n = int(self.parameters[count])
-        return begin + (end - begin) * (np.arange(n) + 0.5) / n
+        return centres(begin, end, int(self.parameters[count]))
 
     @property
     def axes(self) -> Mapping[str, Axis]:
@@ -182,20 +183,14 @@ class Basins(Study):
         """Label the starts of one region."""
         rows = self._before(self.axes["velocity"].values[region.slices["velocity"]].astype(float))
         phases = self.axes["forcing_phase"].values[region.slices["forcing_phase"]].astype(float)
-        w, tau = (v.ravel() for v in np.meshgrid(rows, phases % math.tau, indexing="ij"))
         given = self.parameters
         rule = LabelRule(float(given["tolerance"]), cap=int(given["cap"]))
-        found = label_starts(from_arrays(context), self._map, tau.copy(), w.copy(), rule)
-        shape = (len(rows), len(phases))
-        arrays: dict[str, NDArray[np.generic]] = {
-            "label": found.label.reshape(shape),
-            "impacts": found.impacts.reshape(shape),
-            "time": found.time.reshape(shape),
-        }
+        found = label_plane(from_arrays(context), self._map, phases, rows, rule)
+        arrays: dict[str, NDArray[np.generic]] = dict(found._asdict())
         if len(self._speeds):
             unresolved = np.full((len(self._speeds), 1), math.nan)  # label −1: the last one
             speeds = np.concatenate((context["mean_speed"], unresolved), axis=1)
-            arrays["mean_speed"] = speeds[:, found.label].reshape(len(speeds), *shape)
+            arrays["mean_speed"] = speeds[:, found.label]
         return arrays
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:

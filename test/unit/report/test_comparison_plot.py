@@ -36,7 +36,7 @@ def test_both_runs_are_in_every_panel() -> None:
     assert flaws(figure) == []
     colors = {str(line.get_label()): line.get_color() for line in heights.lines}
     assert colors["platform s"] == PLATFORM, "as in all figures"
-    assert texts(heights) == ["disk x, recorded", "disk x, changed", "platform s"]
+    assert texts(heights) == ["platform s", "disk x, recorded", "disk x, changed"]
     assert texts(speeds) == texts(section) == ["recorded", "changed"]
     assert runs.divergence_time_ns is not None
     low, high = heights.get_xlim()

@@ -11,7 +11,7 @@ from bouncing_disk_ros import simulate
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
-from bouncing_disk_ros.maps.labelled_window import IN_CONTACT, label_window, window_starts
+from bouncing_disk_ros.maps.labelled_window import IN_CONTACT, label_window, window_axes
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
 from bouncing_disk_ros.resilience_studies.fatal_changes import (
     LOST,
@@ -182,13 +182,13 @@ def test_contact_on_the_way_to_an_orbit_takes_its_time(
     after = window.known.found[window.known.after_contact]
     assert after.kind is AttractorKind.PERIODIC
     points = np.stack((after.forcing_phases, after.velocities), axis=1)
-    held = np.flatnonzero(window.labels.label == IN_CONTACT)
+    held = np.argwhere(window.labels.label == IN_CONTACT)
     assert len(held)
-    tau, w = window_starts(4, -4.0)
+    tau, w = window_axes(4, -4.0)
     given = {"axial_forcing": axial_forcing, "restitution": restitution}
-    for i in held[:4]:
-        time = float(window.labels.time[i])
-        start = Start(float(tau[i]), float(w[i]))
+    for row, column in held[:4]:
+        time = float(window.labels.time[row, column])
+        start = Start(float(tau[column]), float(w[row]))
         run = seen(given, start, math.ceil(time / math.tau) + 40)
         reached = run.times[on_orbit_since(run, points, 1e-4) + 7]
         assert time == pytest.approx(reached, abs=1e-3)

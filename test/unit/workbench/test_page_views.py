@@ -9,13 +9,8 @@ import pytest
 
 from bouncing_disk_ros.side_window import nice_above, side_window
 from bouncing_disk_ros.units import number_text, with_prefix
-from bouncing_disk_ros.workbench.run_pane import (
-    LONGEST,
-    MOST_AHEAD,
-    PATIENCE,
-    FlowControl,
-    fitted,
-)
+from bouncing_disk_ros.workbench.flow_control import LONGEST, MOST_AHEAD, PATIENCE, FlowControl
+from bouncing_disk_ros.workbench.run_pane import fitted
 from bouncing_disk_ros.workbench.strobe import Shown, shown_motion, strobe_rate, text_of
 
 # --- flow ---------------------------------------------------------------------------------------

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from rclpy.node import Node
 
     from bouncing_disk_ros.core.model import Motion, Sample
+    from bouncing_disk_ros.testing.counted_node import CountedSimulator
 
 PATIENCE = 30.0
 """Longest wait for a condition, s."""
@@ -55,8 +56,7 @@ class SteppedSimulator:
         from rclpy.signals import SignalHandlerOptions
 
         from bouncing_disk_ros.command_line import environment
-        from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
-        from bouncing_disk_ros.ros.deliveries import Deliveries
+        from bouncing_disk_ros.testing.counted_node import CountedSimulator, Deliveries
 
         values = {name: plain(value) for name, value in values.items()}
         environment.prepare(uses_ros=True)
@@ -65,19 +65,11 @@ class SteppedSimulator:
         overrides = [
             Parameter(name, value=v) for name, v in {"start_paused": True, **values}.items()
         ]
-        self._deliveries = deliveries = Deliveries()
-
-        class CountedSimulator(SimulatorNode):
-            """A simulator of which all messages are counted, from the first one on."""
-
-            def create_publisher(self, *args: Any, **kwargs: Any) -> Any:
-                publisher = super().create_publisher(*args, **kwargs)
-                deliveries.count(publisher)
-                return publisher
-
+        self._deliveries = Deliveries()
         try:
             self._executor = SingleThreadedExecutor(context=self.context)
-            self.node: SimulatorNode = CountedSimulator(
+            self.node: CountedSimulator = CountedSimulator(
+                self._deliveries,
                 node_name,
                 namespace=namespace,
                 context=self.context,
@@ -194,22 +186,17 @@ class SteppedSimulator:
 
     def _settle(self) -> None:
         """Deliver all that has been published, let the inputs act, and again until it is quiet."""
-        from bouncing_disk_ros.run.gates import Gates
-
         deliveries = self._deliveries
         deliveries.look()
         self._wait_for_none(lambda: deliveries.unmatched, "subscriptions are not found")
-        self.node.holding = holding = Gates((), 0)
-        try:
+        with self.node.kept_inputs() as kept:
             while True:
                 self._wait_for_none(lambda: deliveries.missing, "messages do not arrive")
-                inputs = holding.drop()
+                inputs = kept.drop()
                 if not inputs:
                     return
                 for one in inputs:
                     one.act()
-        finally:
-            self.node.holding = None
 
     def _wait_for_none(self, left: Callable[[], Sequence[str]], what: str) -> None:
         end = time.monotonic() + PATIENCE

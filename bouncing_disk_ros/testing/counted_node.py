@@ -1,4 +1,6 @@
-"""Deliveries between nodes of one executor: whether each message has reached its callbacks.
+"""The simulator's node of the fixture, which keeps inputs until all messages have been delivered.
+
+Deliveries between nodes of one executor: whether each message has reached its callbacks.
 
 Publishers and subscriptions of the nodes are counted, by wrapping them. What was published while
 the middleware had not yet matched both sides is not counted: it may be lost.
@@ -8,13 +10,20 @@ from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 from rclpy.subscription import Subscription
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
+from bouncing_disk_ros.run.command_validation import Instant
+from bouncing_disk_ros.run.gates import Gates
+from bouncing_disk_ros.run.session import Session
 
 LATCHED = DurabilityPolicy.TRANSIENT_LOCAL
 
@@ -138,3 +147,44 @@ class Deliveries:
         return [
             one.subscription.topic_name for one in self._readers.values() if one.got < one.expected
         ]
+
+
+class CountedSimulator(SimulatorNode):
+    """A simulator of which all messages are counted, from the first one on."""
+
+    def __init__(self, deliveries: Deliveries, *args: Any, **kwargs: Any) -> None:
+        self._deliveries = deliveries
+        self._kept: Gates | None = None
+        super().__init__(*args, **kwargs)
+
+    def create_publisher(self, *args: Any, **kwargs: Any) -> Any:
+        """As rclpy's, and counted."""
+        publisher = super().create_publisher(*args, **kwargs)
+        self._deliveries.count(publisher)
+        return publisher
+
+    @contextmanager
+    def kept_inputs(self) -> Iterator[Gates]:
+        """Keep the inputs that come meanwhile; they act when they are taken and asked to."""
+        self._kept = Gates((), 0)
+        try:
+            yield self._kept
+        finally:
+            self._kept = None
+
+    def hold(self, topic: str, number: int | None, data: bytes, act: Callable[[], object]) -> bool:
+        """Keep an input where `kept_inputs` says so; else as the simulator does."""
+        if self._kept is None:
+            return super().hold(topic, number, data, act)
+        try:
+            self._kept.hold(topic, number, data, act)
+        except InputError as error:
+            self.refuse(error)
+        return True
+
+    def open_session(self, field: str) -> tuple[Session, Instant]:
+        """As the simulator does; stamps of kept inputs are on the line of those published."""
+        session, instant = super().open_session(field)
+        if self._kept is not None and self.run is not None:
+            instant = instant._replace(times=self.run.times)
+        return session, instant
