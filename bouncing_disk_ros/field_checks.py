@@ -7,10 +7,14 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import ArrayLike, NDArray
 
 _LARGEST = sys.float_info.max
 _INT64 = 2**63 - 1
@@ -30,6 +34,26 @@ def number(field: str, value: object, low: float = -_LARGEST, high: float = _LAR
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
         raise out_of_range(field, value, low, high)
     return float(value)
+
+
+def numbers(
+    field: str, value: ArrayLike, allowed: str = "numbers, none masked"
+) -> NDArray[np.float64]:
+    """Real numbers as an array that a kernel takes; none masked, no texts, bools or times."""
+    import numpy as np
+
+    try:
+        found = np.asanyarray(value)
+        known = found.dtype.kind in "iuf" and not np.ma.is_masked(found)
+        if known or (found.dtype.kind == "O" and not any(map(_is_no_number, found.flat))):
+            return np.require(found, np.float64, ["C", "W", "E"])
+    except (TypeError, ValueError, OverflowError):
+        pass
+    raise InputError(field, value, allowed)
+
+
+def _is_no_number(value: object) -> bool:
+    return isinstance(value, (bool, str, bytes))
 
 
 def out_of_range(field: str, given: object, low: float, high: float) -> InputError:

@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from bouncing_disk_ros.cases.files import QUANTITIES, ReferenceCase, reference_case
 from bouncing_disk_ros.errors import InputError, closest, counted
-from bouncing_disk_ros.parsing import read_table
+from bouncing_disk_ros.field_checks import numbers
+from bouncing_disk_ros.parsing import number_of, read_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -170,16 +171,13 @@ def _columns(theirs: object) -> Columns:
 
 
 def _numbers(name: str, values: ArrayLike) -> Floats:
-    try:
-        numbers = np.asarray(values, float)
-    except (TypeError, ValueError):
-        raise InputError(name, values, "numbers") from None
-    if numbers.ndim != 1 or not np.all(np.isfinite(numbers)):
+    found = numbers(name, values)
+    if found.ndim != 1 or not np.all(np.isfinite(found)):
         raise InputError(name, values, "finite numbers, one for each row")
-    return numbers
+    return found
 
 
-def _read(path: Path) -> dict[str, list[str]]:
+def _read(path: Path) -> dict[str, list[Any]]:
     """The columns of a CSV file; without a header one column is times, two are samples."""
     header, rows = read_table("events", path, LARGEST_FILE)
     if not (header or rows):
@@ -191,7 +189,17 @@ def _read(path: Path) -> dict[str, list[str]]:
     if any(len(row) != len(header) for row in rows):
         allowed = f"{len(header)} values in each row, as in the first"
         raise InputError("events", str(path), allowed)
-    return {name: [row[i] for row in rows] for i, name in enumerate(header)}
+    found: dict[str, list[Any]] = {}
+    for i, name in enumerate(header):
+        cells = [row[i] for row in rows]
+        found[name] = cells if name == "kind" else [_value_of(cell) for cell in cells]
+    return found
+
+
+def _value_of(cell: str) -> float | str:
+    """The number in a cell, else its text."""
+    value = number_of(cell)
+    return cell if value is None else value
 
 
 # ------------------------------------------------------------------------------------------------

@@ -53,10 +53,13 @@ MOST_OPEN = 64
 """So many of the starts that are left open are followed to find attractors that were missed."""
 
 
-def find_attractors(section: NextCollisionMap, starts: Sequence[tuple[float, float]]) -> Attractors:
+def find_attractors(
+    section: NextCollisionMap, starts: Sequence[tuple[float, float] | MapState]
+) -> Attractors:
     """Attractors reached from contact and from a list of starts (τ, w_A < 0), in this order.
 
-    Only Γ and ε of `section` are used.
+    Only Γ and ε of `section` are used, and no w_T of a state. Raises InputError for starts that
+    are none.
 
     An orbit is periodic when Newton's method, started from a piece of it that nearly repeats, finds
     an orbit of that period with all multipliers within the unit circle; chaotic when PATIENCE
@@ -111,10 +114,13 @@ def missed_attractors(
     ]
 
 
-def _without_contact(section: NextCollisionMap, starts: Sequence[tuple[float, float]]) -> Floats:
+def _without_contact(
+    section: NextCollisionMap, starts: Sequence[tuple[float, float] | MapState]
+) -> Floats:
     """States (n, 2) after SETTLING impacts, of the starts that have not come to contact."""
     platform = section.axial_forcing, section.restitution
-    tau, w = np.array(starts, float).reshape(-1, 2).T
+    states = [section.checked(start) for start in starts]
+    tau, w = np.array([state[:2] for state in states]).reshape(-1, 2).T
     tau, w, counts = iterated(tau, w, platform, SETTLING)
     return np.stack((tau, w), axis=1)[~counts.any(axis=1)]
 

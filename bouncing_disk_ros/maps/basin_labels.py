@@ -17,6 +17,8 @@ from numba import types
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.field_checks import numbers
 from bouncing_disk_ros.maps.absorbing_region import AbsorbingRegion
 from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors, Cells
 from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, MAP_REST, next_impact
@@ -80,7 +82,7 @@ def label_starts(
     attractors: Attractors, section: NextCollisionMap, tau: Floats, w: Floats,
     rule: LabelRule | None = None, regions: Mapping[int, AbsorbingRegion] | None = None,
 ) -> StartLabels:  # fmt: skip
-    """Labels of starts (τ in [0, 2π), w_A < 0) at Γ and ε of `section`: flat arrays (n,).
+    """Labels of starts (τ in [0, 2π), w_A <= 0) at Γ and ε of `section`: flat arrays (n,).
 
     1. A start that comes to contact belongs to the attractor of the orbit that leaves contact.
     2. A start whose impacts stay within `tolerance` of the points of a periodic attractor, in their
@@ -91,12 +93,15 @@ def label_starts(
     Each label depends on its own start alone, so the arrays may be cut anywhere. `regions` about
     chaotic attractors, by their labels, give the same labels sooner: a start in one after EARLY
     impacts is followed no further.
+    Each label depends on its own start alone, so the arrays may be cut anywhere. Raises InputError
+    for starts that are none.
 
     >>> section = NextCollisionMap(axial_forcing=0.45, restitution=0.5)
     >>> tau, w = np.linspace(0.0, 6.0, 50), np.full(50, -1.3)
     >>> label_starts(find_attractors(section, [(1.0, -1.3)]), section, tau, w).label
     """
     rule = rule or LabelRule()
+    tau, w = _starts(tau, w)
     n = len(tau)
     found = StartLabels(np.full(n, UNRESOLVED, np.int32), np.zeros(n, np.int32), np.empty(n))
     if regions:
@@ -105,6 +110,20 @@ def label_starts(
     for impacts in (cap,) if rule.cap else (cap, LONGER * cap):
         _label(attractors, section, tau, w, rule._replace(cap=impacts), found)
     return found
+
+
+def _starts(tau: Floats, w: Floats) -> tuple[Floats, Floats]:
+    """Starts as the kernels take them, or InputError."""
+    tau, w = numbers("tau", tau), numbers("w", w)
+    if tau.ndim != 1 or tau.shape != w.shape:
+        given = f"shapes {tau.shape}, {w.shape}"
+        raise InputError("tau, w", given, "two flat arrays of one length")
+    wrong = ~(np.isfinite(tau) & np.isfinite(w) & (w <= 0.0))
+    if wrong.any():
+        at = int(np.flatnonzero(wrong)[0])
+        allowed = "finite numbers, w < 0, or 0 for a disk on the platform"
+        raise InputError("tau, w", f"{tau[at]:g}, {w[at]:g} at place {at + 1}", allowed)
+    return tau, w
 
 
 def _label(

@@ -9,6 +9,7 @@ and maps/map_tangent.py.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -65,8 +66,10 @@ class NextCollisionMap:
     angular_forcing: float = math.inf  # Γ_T > 0; inf: no friction
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            object.__setattr__(self, name, plain(value))  # numbers of NumPy as Python's
+        for name, given in vars(self).items():
+            value = plain(given)  # numbers of NumPy as Python's
+            _check(name, value, type(value) in (int, float), "a number")
+            object.__setattr__(self, name, value)
         _check(
             "axial_forcing",
             self.axial_forcing,
@@ -117,9 +120,12 @@ class NextCollisionMap:
             start = end
         return total
 
-    def checked(self, state: MapState) -> tuple[float, float, float]:
-        """τ in [0, 2π), w_A and α̇/(ωΦ) of a state. Raises InputError."""
-        tau, w, slip = (float(v) for v in state)
+    def checked(self, state: Sequence[float]) -> tuple[float, float, float]:
+        """τ in [0, 2π), w_A and α̇/(ωΦ) of a state; without w_T it is 0. Raises InputError."""
+        try:
+            tau, w, slip = MapState(*map(float, state))
+        except (TypeError, ValueError):
+            raise InputError("state", state, f"numbers: {', '.join(MapState._fields)}") from None
         _check("forcing_phase", tau, math.isfinite(tau), "a finite number, rad")
         fine = -math.inf < w <= 0.0
         _check("axial_impact_velocity", w, fine, "a number < 0, or 0 for a disk on the platform")

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from bouncing_disk_ros.core.layout import LEDGER_FIELDS, STATE_DTYPE, disk_record
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.field_checks import numbers
 from bouncing_disk_ros.maps import single_toss
 from bouncing_disk_ros.parameters import DEFAULTS, complete, spec_of
 
@@ -218,15 +219,8 @@ def _broadcast(
         raise InputError("toss", f"shapes {shapes}", "shapes that broadcast", hint) from None
 
 
-def _numbers(name: str, given: ArrayLike) -> Floats:
-    try:
-        return np.asarray(given, np.float64)
-    except (TypeError, ValueError):
-        raise InputError(name, given, "numbers") from None
-
-
 def _checked(name: str, given: ArrayLike, largest: float, unit: str) -> Floats:
-    array = _numbers(name, given)
+    array = numbers(name, given)
     wrong = ~(np.abs(array) <= largest)  # nan too
     if wrong.any():
         raise InputError(
@@ -236,7 +230,7 @@ def _checked(name: str, given: ArrayLike, largest: float, unit: str) -> Floats:
 
 
 def _checked_angle(given: ArrayLike) -> Floats:
-    array = _numbers("amplitude_angle", given)
+    array = numbers("amplitude_angle", given)
     wrong = ~((array >= 0.0) & (array <= 0.5 * math.pi))
     if wrong.any():
         allowed = "0 (up and down) to pi/2 = 1.5708 rad (turning only)"

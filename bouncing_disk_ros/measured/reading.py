@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.field_checks import numbers
 from bouncing_disk_ros.parsing import number_of, read_table
 
 if TYPE_CHECKING:
@@ -86,10 +87,7 @@ def _sound(path: Path) -> ImpactSound | None:
 
 
 def _numbers(source: ArrayLike, field: str = "times") -> Array:
-    try:
-        values = np.asarray(source, float)
-    except (TypeError, ValueError, OverflowError):
-        raise InputError(field, source, f"numbers: {field} in seconds") from None
+    values = numbers(field, source, f"numbers, none masked: {field} in seconds")
     if values.ndim != 1:
         given = f"an array of {values.ndim} axes"
         raise InputError(field, given, f"one axis: {field} in seconds")

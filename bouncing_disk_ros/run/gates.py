@@ -170,9 +170,10 @@ class Gates:
 
     def close(self) -> list[HeldInput]:
         """Close the gate; its inputs in the order in which they are to act."""
+        inputs = self.drop()
         self.is_open, self._restarted = False, set()
         self._announced_before = self._refused = 0
-        return self.drop()
+        return inputs
 
     def drop(self) -> list[HeldInput]:
         """Take away the inputs, in order.
@@ -181,8 +182,13 @@ class Gates:
         what they say.
         """
         inputs, self._inputs, self._bytes = self._inputs, [], 0
-        turns = {topic: _turns(inputs, topic) for topic in {one.topic for one in inputs}}
-        return sorted(inputs, key=lambda one: (one.topic, turns[one.topic][one.number], one.data))
+        each_one = not self._announced_before and max(self._answers.values(), default=2) == 1
+        turns = {
+            topic: {} if each_one else _turns(inputs, topic) for topic in {i.topic for i in inputs}
+        }
+        return sorted(
+            inputs, key=lambda one: (one.topic, turns[one.topic].get(one.number, 0), one.data)
+        )
 
     def refuse_all(self) -> list[HeldInput]:
         """Take away the inputs, which count as refused: those who sent them will announce them."""
@@ -366,7 +372,8 @@ def _turns(inputs: Iterable[HeldInput], topic: str) -> dict[int, int]:
     """The place of each number of a topic in the count of its publisher at this gate.
 
     Numbers of one publisher have no gap. So it does not matter where its count stands, and a
-    controller that was started again has the turn that it would have had.
+    controller that was started again has the turn that it would have had, unless the counts of two
+    publishers meet.
     """
     turns: dict[int, int] = {}
     for number in sorted({one.number for one in inputs if one.topic == topic}):

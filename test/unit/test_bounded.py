@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import math
+import pickle
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -61,3 +64,22 @@ def test_a_downsampled_list_keeps_even_steps() -> None:
         kept.append(number)
     assert 4 <= len(kept) <= 8
     assert kept == list(range(0, 1000, kept.step))
+
+
+@pytest.mark.parametrize("kind", [Downsampled, Newest])
+@pytest.mark.parametrize(
+    "copied", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))]
+)
+def test_a_copy_has_the_same_items_and_goes_on_alike(
+    kind: type[Downsampled[int] | Newest[int]], copied: Callable[..., Downsampled[int]]
+) -> None:
+    kept = kind(8)
+    for number in range(50):
+        kept.append(number)
+    another = copied(kept)
+    assert another == kept
+    for number in range(50, 100):
+        kept.append(number)
+        another.append(number)
+    assert another == kept
+    assert vars(another) == vars(kept)

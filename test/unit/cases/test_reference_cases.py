@@ -264,6 +264,7 @@ def test_the_commands_list_compare_and_draw(
         ("drop", "s,x\n1,2\n", "time (s) among them"),
         ("drop", "time\n2\n1\n", "rows in the order of time"),
         ("drop", "time\nnan\n", "finite numbers"),
+        ("drop", "time\n1_0\n", "time: got ['1_0'], allowed: numbers"),
         ("drop", "time,kind\n1,bounce\n", "kind: got 'bounce'"),
         ("drop", "1,2,3\n", "a first row with the names of the columns"),
         ("drop", "time\n1,2\n", "1 values in each row"),

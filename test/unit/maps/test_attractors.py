@@ -7,10 +7,11 @@ import math
 import numpy as np
 import pytest
 
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, distance
 from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, axial_orbit
-from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
 
 STARTS = [
     (float(tau), float(w)) for w in -np.linspace(0.1, 4.9, 12) for tau in np.linspace(0.1, 6.2, 12)
@@ -25,6 +26,21 @@ def test_order_of_the_starts_does_not_matter(axial_forcing: float, restitution: 
     for first, second in zip(one.found, other.found, strict=True):
         pair = [np.stack((a.forcing_phases, a.velocities), axis=1) for a in (first, second)]
         assert distance(*pair) < 1e-9
+
+
+def test_starts_are_states_or_pairs_and_others_are_refused() -> None:
+    section, starts = NextCollisionMap(0.45, 0.5), spread_starts(20, -5.0)
+    pairs = find_attractors(section, [start[:2] for start in starts])
+    states = find_attractors(section, starts)
+    assert [one.name for one in states.found] == [one.name for one in pairs.found]
+    for wrong, words in (
+        ((math.nan, -1.0), "forcing_phase: got nan"),
+        ((1.0, 0.5), "axial_impact_velocity: got 0.5"),
+        ((1.0,), "state: got"),
+        ((1.0, -1.0, 0.0, 0.0), "state: got"),
+    ):
+        with pytest.raises(InputError, match=words):
+            find_attractors(section, [(1.0, -1.0), wrong])  # type: ignore[list-item]
 
 
 def cycles_to_contact(axial_forcing: float, attractor: Attractor, change: float) -> int:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
+import pytest
 
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors
 from bouncing_disk_ros.maps.basin_labels import LabelRule, impacts_needed, label_starts
@@ -36,6 +39,39 @@ def test_cap_too_small_leaves_starts_unresolved_and_merges_nothing() -> None:
     assert (labels == UNRESOLVED).any()
     known = labels != UNRESOLVED
     assert np.array_equal(labels[known], enough[known])
+
+
+def test_starts_come_in_any_array_of_numbers() -> None:
+    known, section, (tau, w) = attractors(0.45), NextCollisionMap(0.45, 0.5), plane(4, 5)
+    expected = label_starts(known, section, tau, w)
+    read_only = tau.copy()
+    read_only.flags.writeable = False
+    for phases in (tau.tolist(), np.repeat(tau, 2)[::2], tau.astype(">f8"), read_only):
+        for found, wanted in zip(label_starts(known, section, phases, w), expected, strict=True):
+            np.testing.assert_array_equal(found, wanted)
+
+
+@pytest.mark.parametrize(
+    ("tau", "w"),
+    [
+        ([1.0], [0.5]),
+        ([1.0], [math.nan]),
+        ([math.nan], [-1.0]),
+        ([math.inf], [-1.0]),
+        ([1.0, 2.0], [-1.0]),
+        ([1.0], [-1.0, -2.0]),
+        ([[1.0]], [[-1.0]]),
+        (["1.0"], [-1.0]),
+        ([True], [-1.0]),
+        ([1.0 + 0.0j], [-1.0]),
+        (np.ma.masked_array([1.0, 2.0], [False, True]), [-1.0, -1.0]),
+    ],
+)
+def test_starts_that_are_none_are_refused(tau: Any, w: Any) -> None:
+    """Numbers that are no state were labelled, shorter arrays were read beyond their end."""
+    with pytest.raises(InputError) as refused:
+        label_starts(attractors(0.45), NextCollisionMap(0.45, 0.5), tau, w)
+    assert refused.value.field in {"tau", "w", "tau, w"}
 
 
 def test_times_do_not_depend_on_the_periods_of_other_attractors() -> None:

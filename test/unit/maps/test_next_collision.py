@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -76,6 +77,10 @@ def test_derivatives_through_contact(angular_forcing: float, slip: float, last: 
         ((0.4, 0.5, math.inf), (1.0, -1.0), "phase_lag: got inf"),
         ((0.4, 0.5, 0.0, 0.0), (1.0, -1.0), "angular_forcing: got 0.0, allowed: a number > 0, or"),
         ((0.4, 0.5, 0.0, math.nan), (1.0, -1.0), "angular_forcing: got nan"),
+        (("0.4", 0.5), (1.0, -1.0), "axial_forcing: got '0.4', allowed: a number"),
+        ((0.4, [0.5]), (1.0, -1.0), "restitution: got [0.5], allowed: a number"),
+        ((0.4, True), (1.0, -1.0), "restitution: got True, allowed: a number"),
+        ((0.4, 0.5), ("here", -1.0), "state: got"),
         ((0.4, 0.5), (math.nan, -1.0), "forcing_phase: got nan"),
         ((0.4, 0.5), (1.0, 0.1), "axial_impact_velocity: got 0.1"),
         ((0.4, 0.5), (1.0, -math.inf), "axial_impact_velocity: got -inf"),
@@ -83,7 +88,7 @@ def test_derivatives_through_contact(angular_forcing: float, slip: float, last: 
     ],
 )
 def test_what_is_out_of_range_is_refused(
-    parameters: tuple[float, ...], state: tuple[float, ...], line: str
+    parameters: tuple[Any, ...], state: tuple[Any, ...], line: str
 ) -> None:
     with pytest.raises(InputError) as refused:
         NextCollisionMap(*parameters).orbit(MapState(*state), 1)

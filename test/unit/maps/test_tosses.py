@@ -94,6 +94,8 @@ def test_how_a_toss_ends() -> None:
         (toss_trajectory, {"samples": 1}, "samples"),
         (toss_trajectory, {"duration": 0.0}, "duration"),
         (toss_paths, {"points": 1}, "points"),
+        (toss, {"phase_lag": np.ma.masked_array([0.0, 1.0], [True, False])}, "phase_lag: got"),
+        (toss, {"amplitude_angle": [0.5 + 0.1j]}, "amplitude_angle: got"),
         (toss_paths, {"phase_lag": math.nan}, "phase_lag"),
         (extreme, {"measure": "speed"}, "measure: got 'speed', allowed: one of airborne_speed"),
         (extreme, {"setting": WEAK}, "a setting whose platform throws the disk"),

@@ -678,6 +678,24 @@ def test_a_text_that_cannot_be_used_is_one_line(tmp_path: Path, text: str, messa
     assert "\n" not in raised.value.line
 
 
+@pytest.mark.parametrize(
+    "times",
+    [
+        np.ma.masked_array([0.1, 0.5, 0.6, 0.8], [False, False, True, False]),
+        np.array([0.1, 0.5, 0.8]) + 1.0j,
+        np.array([100, 500, 800], "m8[ms]"),
+        np.array([False, True]),
+        ["0.1", "0.5", "1_0"],
+    ],
+)
+def test_arrays_that_are_no_real_numbers_are_refused(times: Any) -> None:
+    """Masked times were fitted, imaginary parts left out."""
+    with pytest.raises(InputError, match=r"times: got .* allowed: numbers, none masked"):
+        fit_impacts(times)
+    with pytest.raises(InputError, match=r"errors: got .* allowed: numbers, none masked"):
+        fit_impacts([0.1, 0.5, 0.8, 1.0], errors=times)
+
+
 def test_the_amplitude_is_positive() -> None:
     """A < 0 is the same motion half a turn on: a search that came there said that Γ is not told."""
     seen, phase = on_plate(80, 0.8, 0.7, 0, 5e-5, scatter=0.003)

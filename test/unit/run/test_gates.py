@@ -303,6 +303,18 @@ def test_a_restarted_controller_has_the_turn_that_it_would_have_had() -> None:
     assert found == [["one 0", "two 0", "one 1", "two 1", "one 2", "two 2"]] * 4
 
 
+@pytest.mark.parametrize("begin", [1, 4, 5, 6])
+def test_one_input_of_each_controller_has_the_same_order_where_counts_meet(begin: int) -> None:
+    """The count of one was that of the other and one more: then it came after it."""
+    made = gates(1, 2)
+    made.hold("a", 5, b"x", nothing)
+    made.hold("a", begin, b"a", nothing)
+    made.answer([1, 0, 1])
+    made.answer([2, 0, 1])
+    assert made.is_complete
+    assert [one.data for one in made.close()] == [b"a", b"x"]
+
+
 def test_without_numbers_of_the_middleware_the_order_is_that_of_arrival() -> None:
     made = gates(1)
     for data in (b"z", b"y", b"x"):
