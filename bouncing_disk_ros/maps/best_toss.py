@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.scalar_search import WIDTH, golden_section
 from bouncing_disk_ros.maps.single_toss import TOSS_STUCK
 from bouncing_disk_ros.maps.tosses import (
     LOWEST,
@@ -29,6 +28,7 @@ from bouncing_disk_ros.maps.tosses import (
     start_phase,
     toss,
 )
+from bouncing_disk_ros.scalar_search import WIDTH, golden_section
 
 MEASURES = ("airborne_speed", "speed_ratio", "efficiency")
 """What may be made largest; of the speeds, the magnitude: they may turn either way."""

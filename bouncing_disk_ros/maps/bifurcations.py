@@ -16,14 +16,14 @@ from typing import NamedTuple
 import numpy as np
 
 from bouncing_disk_ros.errors import InputError, closest
-from bouncing_disk_ros.maps.axial_flights import impacts_before_contact
+from bouncing_disk_ros.maps.axial_iteration import impacts_before_contact
 from bouncing_disk_ros.maps.next_collision import Array, MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import (
     PeriodicOrbit,
     followed,
     periodic_orbit,
 )
-from bouncing_disk_ros.maps.scalar_search import root_between
+from bouncing_disk_ros.scalar_search import root_between
 
 AXES = ("axial_forcing", "restitution")
 """The parameters that the axial part of an orbit depends on."""

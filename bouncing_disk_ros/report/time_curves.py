@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.maps.distributions import t_quantile
+from bouncing_disk_ros.distributions import t_quantile
 from bouncing_disk_ros.report.estimate import Estimate
 
 Values = NDArray[np.float64]

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.axial_flights import contact_return
 from bouncing_disk_ros.maps.bifurcations import period_doublings
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+from bouncing_disk_ros.maps.orbit_kernels import contact_return
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, fixed_point
-from bouncing_disk_ros.resilience_studies import curve_family as curve_family_module
-from bouncing_disk_ros.resilience_studies.contact_curves import MOST_IMPACTS, contact_curves
-from bouncing_disk_ros.resilience_studies.curve_family import curve_family
-from bouncing_disk_ros.resilience_studies.orbit_branch import add_curves, orbit_curve, orbit_curves
-from bouncing_disk_ros.resilience_studies.orbit_curves import Curve, SpecialKind, Window
-from bouncing_disk_ros.resilience_studies.orbit_equations import CurveKind, clearances
+from bouncing_disk_ros.orbit_studies import curve_family as curve_family_module
+from bouncing_disk_ros.orbit_studies.contact_curves import MOST_IMPACTS, contact_curves
+from bouncing_disk_ros.orbit_studies.curve_family import curve_family
+from bouncing_disk_ros.orbit_studies.orbit_branch import add_curves, orbit_curve, orbit_curves
+from bouncing_disk_ros.orbit_studies.orbit_curves import Curve, SpecialKind, Window
+from bouncing_disk_ros.orbit_studies.orbit_equations import CurveKind, clearances
 
 WIDE = Window((0.05, 1.2), (0.02, 0.98))
 ROUNDING = 1e-12

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.restitution import rebounded
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind
-from bouncing_disk_ros.maps.axial_flights import land_from_height
+from bouncing_disk_ros.maps.axial_iteration import land_from_height
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 
 Array = NDArray[np.float64]

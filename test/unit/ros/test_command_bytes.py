@@ -22,7 +22,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import COMMAND_BYTES, COMMAND_NAMES, COMMAND_POINTS
 from bouncing_disk_ros.ros import conversions as c
 from bouncing_disk_ros.ros import from_messages
-from bouncing_disk_ros.ros.serialized import (
+from bouncing_disk_ros.ros.command_bytes import (
     impulse_from_bytes,
     programme_from_bytes,
     trajectory_from_bytes,

@@ -13,7 +13,7 @@ from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
 from bouncing_disk_ros.maps.labelled_window import IN_CONTACT, label_window, window_axes
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
-from bouncing_disk_ros.resilience_studies.fatal_changes import (
+from bouncing_disk_ros.orbit_studies.fatal_changes import (
     LOST,
     SURVIVED,
     UNDECIDED,
@@ -22,8 +22,8 @@ from bouncing_disk_ros.resilience_studies.fatal_changes import (
     fatal_timing_errors,
     fates,
 )
-from bouncing_disk_ros.resilience_studies.orbit_instants import Instants, instants_of
-from bouncing_disk_ros.resilience_studies.resilience.measures import _share_in_time
+from bouncing_disk_ros.orbit_studies.orbit_instants import Instants, instants_of
+from bouncing_disk_ros.orbit_studies.resilience.measures import _share_in_time
 from reference.cases import examples
 from support.studied import Start, on_orbit_since, seen
 

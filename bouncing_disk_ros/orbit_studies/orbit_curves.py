@@ -18,15 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.scalar_search import root_between
-from bouncing_disk_ros.resilience_studies.arclength import (
+from bouncing_disk_ros.orbit_studies.arclength import (
     Point,
     continued,
     corrected,
     stepped,
     tangent_at,
 )
-from bouncing_disk_ros.resilience_studies.orbit_equations import (
+from bouncing_disk_ros.orbit_studies.orbit_equations import (
     CurveKind,
     OrbitSystem,
     admissible,
@@ -35,6 +34,7 @@ from bouncing_disk_ros.resilience_studies.orbit_equations import (
     flip_coefficient,
     fold_coefficient,
 )
+from bouncing_disk_ros.scalar_search import root_between
 
 Array = NDArray[np.float64]
 

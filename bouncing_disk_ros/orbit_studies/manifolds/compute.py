@@ -15,9 +15,8 @@ from bouncing_disk_ros.maps.basin_labels import label_starts
 from bouncing_disk_ros.maps.label_maps import UNRESOLVED, centres
 from bouncing_disk_ros.maps.labelled_window import label_plane
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit
-from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.resilience_studies.edge_states import boundary_pairs, edge_states
-from bouncing_disk_ros.resilience_studies.manifold_growth import (
+from bouncing_disk_ros.orbit_studies.edge_states import boundary_pairs, edge_states
+from bouncing_disk_ros.orbit_studies.manifold_growth import (
     GrowthRule,
     Manifold,
     Stability,
@@ -27,6 +26,7 @@ from bouncing_disk_ros.resilience_studies.manifold_growth import (
     sides,
     why_open,
 )
+from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.basins.compute import Basins, from_arrays
 from bouncing_disk_ros.study.computation import Arrays
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import ndimage, special
 
-from bouncing_disk_ros.maps.distributions import (
+from bouncing_disk_ros.distributions import (
     chi_square_quantile,
     normal,
     normal_quantile,

@@ -10,12 +10,12 @@ import numpy as np
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind
 from bouncing_disk_ros.maps.labelled_window import Labelled
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
-from bouncing_disk_ros.resilience_studies.fatal_changes import (
+from bouncing_disk_ros.orbit_studies.fatal_changes import (
     FatalRule,
     fatal_impulses,
     fatal_timing_errors,
 )
-from bouncing_disk_ros.resilience_studies.orbit_instants import Array, impact_limits, instants_of
+from bouncing_disk_ros.orbit_studies.orbit_instants import Array, impact_limits, instants_of
 
 
 class Resilience(NamedTuple):

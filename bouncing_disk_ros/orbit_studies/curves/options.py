@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.errors import counted
+from bouncing_disk_ros.orbit_studies import NO_ROTATION
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.resilience_studies import NO_ROTATION
 from bouncing_disk_ros.study.command import main_of
 from bouncing_disk_ros.study.definition import StudyDefinition
 
@@ -51,7 +51,7 @@ _SPECS = (
 
 
 def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.resilience_studies.curves.picture import curves_picture
+    from bouncing_disk_ros.orbit_studies.curves.picture import curves_picture
 
     return {"curves": curves_picture(result)}
 
@@ -90,7 +90,7 @@ DEFINITION = StudyDefinition(
     example=_EXAMPLE,
     function=_FUNCTION,
     specs=_SPECS,
-    study="bouncing_disk_ros.resilience_studies.curves.compute:Curves",
+    study="bouncing_disk_ros.orbit_studies.curves.compute:Curves",
     pictures=_pictures,
     lines=lines,
     image="period",

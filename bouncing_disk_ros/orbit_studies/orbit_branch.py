@@ -10,15 +10,15 @@ import numpy as np
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit
-from bouncing_disk_ros.resilience_studies.arclength import Point, continued, corrected, tangent_at
-from bouncing_disk_ros.resilience_studies.orbit_curves import (
+from bouncing_disk_ros.orbit_studies.arclength import Point, continued, corrected, tangent_at
+from bouncing_disk_ros.orbit_studies.orbit_curves import (
     LARGEST_STEP,
     Array,
     Curve,
     Window,
     traced_curve,
 )
-from bouncing_disk_ros.resilience_studies.orbit_equations import (
+from bouncing_disk_ros.orbit_studies.orbit_equations import (
     PARAMETERS,
     CurveKind,
     OrbitSystem,

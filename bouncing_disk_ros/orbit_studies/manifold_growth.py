@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.axial_flights import iterate_backwards, iterate_forwards
+from bouncing_disk_ros.maps.axial_iteration import iterate_backwards, iterate_forwards
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, followed
 

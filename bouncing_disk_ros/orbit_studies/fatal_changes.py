@@ -20,20 +20,20 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors
-from bouncing_disk_ros.maps.axial_flights import land_from_height
+from bouncing_disk_ros.maps.axial_iteration import land_from_height
 from bouncing_disk_ros.maps.basin_labels import (
     LONGER,
     MOST,
     LabelRule,
-    StartLabels,
     chaotic_labels,
     impacts_needed,
     label_followed,
     label_starts,
 )
 from bouncing_disk_ros.maps.label_maps import UNRESOLVED
+from bouncing_disk_ros.maps.lanes.label_lanes import StartLabels
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
-from bouncing_disk_ros.resilience_studies.orbit_instants import Array, Instants
+from bouncing_disk_ros.orbit_studies.orbit_instants import Array, Instants
 
 Flights = Callable[[NDArray[np.intp], Array], Array]
 """Of indices (k,) and sizes (k,) of changes: the (phase, gap, relative speed) (k, 3) after them."""

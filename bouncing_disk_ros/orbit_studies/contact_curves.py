@@ -15,9 +15,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.axial_flights import contact_return
-from bouncing_disk_ros.resilience_studies.orbit_curves import LARGEST_STEP, Array, Curve, Window
-from bouncing_disk_ros.resilience_studies.orbit_equations import CurveKind
+from bouncing_disk_ros.maps.orbit_kernels import contact_return
+from bouncing_disk_ros.orbit_studies.orbit_curves import LARGEST_STEP, Array, Curve, Window
+from bouncing_disk_ros.orbit_studies.orbit_equations import CurveKind
 
 MOST_IMPACTS = 3000
 MOST_CYCLES = 40

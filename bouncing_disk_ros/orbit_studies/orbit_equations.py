@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.maps.axial_flights import clearance_of
+from bouncing_disk_ros.maps.orbit_kernels import clearance_of
 
 Array = NDArray[np.float64]
 Values = NDArray[Any]  # float64 or complex128

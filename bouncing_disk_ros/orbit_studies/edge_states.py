@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractors import SAME, Attractors, distance
-from bouncing_disk_ros.maps.axial_flights import iterate_forwards
+from bouncing_disk_ros.maps.axial_iteration import iterate_forwards
 from bouncing_disk_ros.maps.basin_labels import LabelRule, label_starts
 from bouncing_disk_ros.maps.label_maps import UNRESOLVED
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap

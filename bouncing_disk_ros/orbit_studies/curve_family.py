@@ -14,9 +14,9 @@ from bouncing_disk_ros.maps.next_collision import (
     spread_starts,
 )
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, periodic_orbit
-from bouncing_disk_ros.resilience_studies.contact_curves import contact_curves
-from bouncing_disk_ros.resilience_studies.orbit_branch import KINDS, add_curves
-from bouncing_disk_ros.resilience_studies.orbit_curves import LARGEST_STEP, Curve, Window
+from bouncing_disk_ros.orbit_studies.contact_curves import contact_curves
+from bouncing_disk_ros.orbit_studies.orbit_branch import KINDS, add_curves
+from bouncing_disk_ros.orbit_studies.orbit_curves import LARGEST_STEP, Curve, Window
 
 STARTS, LOWEST = 576, -5.0
 """So many starts show the attractors at the point, with w_A (πg/ω) from LOWEST to 0."""

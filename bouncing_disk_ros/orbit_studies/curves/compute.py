@@ -14,10 +14,10 @@ import xarray as xr
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractors import refuse_conservative
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+from bouncing_disk_ros.orbit_studies.curve_family import curve_family
+from bouncing_disk_ros.orbit_studies.orbit_curves import Curve, SpecialKind, Window
+from bouncing_disk_ros.orbit_studies.orbit_equations import CurveKind
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.resilience_studies.curve_family import curve_family
-from bouncing_disk_ros.resilience_studies.orbit_curves import Curve, SpecialKind, Window
-from bouncing_disk_ros.resilience_studies.orbit_equations import CurveKind
 from bouncing_disk_ros.study.by_name import named
 from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
 

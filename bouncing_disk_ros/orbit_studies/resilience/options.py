@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from bouncing_disk_ros.orbit_studies import NO_ROTATION
 from bouncing_disk_ros.parameters import TABLE, Spec
-from bouncing_disk_ros.resilience_studies import NO_ROTATION
 from bouncing_disk_ros.study.command import main_of
 from bouncing_disk_ros.study.definition import StudyDefinition
 from bouncing_disk_ros.study.shared_options import map_options
@@ -64,7 +64,7 @@ _SPECS = (
 
 
 def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.resilience_studies.resilience.picture import (
+    from bouncing_disk_ros.orbit_studies.resilience.picture import (
         impulse_picture,
         resilience_picture,
     )
@@ -76,7 +76,7 @@ def lines(result: xr.Dataset) -> list[str]:
     """Of each kind of attractor, where its share is largest and where it is hardest to lose."""
     import numpy as np
 
-    from bouncing_disk_ros.resilience_studies.resilience.picture import impulse_unit, time_unit
+    from bouncing_disk_ros.orbit_studies.resilience.picture import impulse_unit, time_unit
     from bouncing_disk_ros.study.printed_lines import at_value
 
     largest = f"up to {float(result.attrs['parameter_largest_impulse']):g} m πg/ω"
@@ -185,7 +185,7 @@ DEFINITION = StudyDefinition(
     example=_EXAMPLE,
     function=_FUNCTION,
     specs=_SPECS,
-    study="bouncing_disk_ros.resilience_studies.resilience.compute:ResilienceStudy",
+    study="bouncing_disk_ros.orbit_studies.resilience.compute:ResilienceStudy",
     pictures=_pictures,
     lines=lines,
     takes_run=True,

@@ -11,17 +11,17 @@ from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import Attractors
-from bouncing_disk_ros.maps.axial_flights import iterate_backwards, iterate_forwards
+from bouncing_disk_ros.maps.axial_iteration import iterate_backwards, iterate_forwards
 from bouncing_disk_ros.maps.basin_labels import label_starts
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap, spread_starts
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
-from bouncing_disk_ros.resilience_studies.edge_states import (
+from bouncing_disk_ros.orbit_studies.edge_states import (
     boundary_pairs,
     edge_state,
     edge_states,
     saddle_of,
 )
-from bouncing_disk_ros.resilience_studies.manifold_growth import (
+from bouncing_disk_ros.orbit_studies.manifold_growth import (
     GrowthRule,
     Stability,
     Window,

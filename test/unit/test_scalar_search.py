@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from bouncing_disk_ros.maps.scalar_search import golden_section, root_between
+from bouncing_disk_ros.scalar_search import golden_section, root_between
 
 
 def test_golden_section_finds_creases_and_hills() -> None:

@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.errors import counted
+from bouncing_disk_ros.orbit_studies import NO_ROTATION
 from bouncing_disk_ros.parameters import Spec
-from bouncing_disk_ros.resilience_studies import NO_ROTATION
 from bouncing_disk_ros.study.basins.options import DEFINITION as BASINS
 from bouncing_disk_ros.study.basins.options import lines as basin_lines
 from bouncing_disk_ros.study.command import main_of
@@ -50,7 +50,7 @@ _SPECS = (
 
 
 def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.resilience_studies.manifolds.picture import manifolds_picture
+    from bouncing_disk_ros.orbit_studies.manifolds.picture import manifolds_picture
 
     return {"manifolds": manifolds_picture(result)}
 
@@ -103,7 +103,7 @@ DEFINITION = StudyDefinition(
     example=_EXAMPLE,
     function=_FUNCTION,
     specs=_SPECS,
-    study="bouncing_disk_ros.resilience_studies.manifolds.compute:Manifolds",
+    study="bouncing_disk_ros.orbit_studies.manifolds.compute:Manifolds",
     pictures=_pictures,
     lines=lines,
     image="label",

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from bouncing_disk_ros.orbit_studies.curves import options as curves
+from bouncing_disk_ros.orbit_studies.manifolds import options as manifolds
+from bouncing_disk_ros.orbit_studies.resilience import options as resilience
+from bouncing_disk_ros.orbit_studies.resilience.picture import impulse_picture
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.resilience_studies.curves import options as curves
-from bouncing_disk_ros.resilience_studies.manifolds import options as manifolds
-from bouncing_disk_ros.resilience_studies.resilience import options as resilience
-from bouncing_disk_ros.resilience_studies.resilience.picture import impulse_picture
 from bouncing_disk_ros.study import named, run
 from support.shown import Shown, shown
 
