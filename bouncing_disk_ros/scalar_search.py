@@ -1,10 +1,15 @@
-"""Maximum and root of a function of one variable, from its values alone."""
+"""Maximum and root of a function of one variable, and the end of a condition, by their values."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
+Place = TypeVar("Place", float, NDArray[np.float64])
 WIDTH = 1e-12
 """Brackets are closed to this, unless given otherwise: for angles in rad, next to rounding."""
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
@@ -70,3 +75,20 @@ def root_between(
             fc = function(c)
             a, fa, b, fb = (c, fc, b, fb) if fc > 0.0 else (a, fa, c, fc)
     return b
+
+
+def halved(
+    holds: Callable[[Place], bool], inside: Place, outside: Place, *, steps: int = 200,
+    width: float = 0.0,
+) -> tuple[Place, Place]:  # fmt: skip
+    """Where a condition ends on the way from a place `inside`, at which it holds, to one outside.
+
+    The way is halved `steps` times, that between numbers until it is `width` long: the last place
+    where the condition holds, and the first one where it does not.
+    """
+    for _ in range(steps):
+        if width and abs(outside - inside) <= width:
+            break
+        middle = 0.5 * (inside + outside)
+        inside, outside = (middle, outside) if holds(middle) else (inside, middle)
+    return inside, outside

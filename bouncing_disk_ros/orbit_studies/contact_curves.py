@@ -18,6 +18,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.orbit_kernels import contact_return
 from bouncing_disk_ros.orbit_studies.orbit_curves import LARGEST_STEP, Array, Curve, Window
 from bouncing_disk_ros.orbit_studies.orbit_equations import CurveKind
+from bouncing_disk_ros.scalar_search import halved
 
 MOST_IMPACTS = 3000
 MOST_CYCLES = 40
@@ -87,13 +88,7 @@ class _Border:
 
     def halved(self, inner: Array, outer: Array) -> Array:
         """The last place inside on the way between one inside and one outside."""
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (inner + outer)
-            if self.inside(middle):
-                inner = middle
-            else:
-                outer = middle
-        return inner
+        return halved(self.inside, inner, outer, steps=_HALVINGS)[0]
 
     def starts(self, place: Array) -> Iterator[Array]:
         """Places of the border in the directions of Γ and ε."""

@@ -1,12 +1,13 @@
-"""Maxima and roots of functions of one variable, and the quantile of Student's t."""
+"""Maxima and roots of functions of one variable, and where a condition ends."""
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
-from bouncing_disk_ros.scalar_search import golden_section, root_between
+from bouncing_disk_ros.scalar_search import golden_section, halved, root_between
 
 
 def test_golden_section_finds_creases_and_hills() -> None:
@@ -35,3 +36,17 @@ def test_root_between_finds_steps_and_crossings(a: float, b: float) -> None:
     place = root_between(step, a, step(a), b, step(b), 1e-6)
     assert step(place) < 0.0, "the end where it is <= 0"
     assert place == pytest.approx(0.7, abs=1e-6)
+
+
+@pytest.mark.parametrize("outside", [2.0, -5.0])
+def test_halved_finds_where_a_condition_ends(outside: float) -> None:
+    def is_near(x: float) -> bool:
+        return abs(x) < 0.7
+
+    last, first = halved(is_near, 0.5, outside, width=1e-9)
+    assert is_near(last)
+    assert not is_near(first)
+    assert abs(first - last) <= 1e-9
+    near, far = np.array([0.0, 0.0]), np.array([3.0, 4.0])
+    place = halved(lambda one: bool(np.hypot(*one) < 1.0), near, far, steps=60)[0]
+    assert place == pytest.approx([0.6, 0.8], rel=1e-15)
