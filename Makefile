@@ -58,7 +58,7 @@ soak: test-environment   ## run for long: memory, lateness, lost rows, hostile c
 	@echo "random examples with seed $(SEED); the same again: make soak SEED=$(SEED)"
 	EXAMPLES=$(EXAMPLES) SEED=$(SEED) $(BIN)/pytest --hypothesis-seed=$(SEED) --timeout=43200 test/unit/core \
 		test/reference test/unit/bag test/unit/report test/unit/measured test/unit/nodes/simulator/test_storms.py \
-		test/unit/test_public_names.py test/unit/study/test_store.py test/unit/resilience/test_fatal_changes.py test/unit/resilience/test_manifolds.py \
+		test/unit/test_public_names.py test/unit/study/test_store.py test/unit/orbit_studies/test_fatal_changes.py test/unit/orbit_studies/test_manifolds.py \
 		test/integration/test_hostile_bags.py test/integration/test_requests.py \
 		test/integration/test_juggle.py test/integration/test_simulator_process.py
 

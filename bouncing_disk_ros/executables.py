@@ -28,7 +28,7 @@ STUDIES: dict[str, tuple[str, str]] = {
         "map attractors over two parameters: period, Lyapunov exponent, speed",
     ),
     "curves": (
-        "resilience_studies.curves.options",
+        "orbit_studies.curves.options",
         "follow folds, doublings, grazes and onset of contact over two parameters",
     ),
     "motor": (
@@ -40,7 +40,7 @@ STUDIES: dict[str, tuple[str, str]] = {
         "map which attractor each start goes to: basins of attraction (Fig. 4)",
     ),
     "manifolds": (
-        "resilience_studies.manifolds.options",
+        "orbit_studies.manifolds.options",
         "draw the saddles between basins and their manifolds over the basins",
     ),
     "basin_shares": (
@@ -48,7 +48,7 @@ STUDIES: dict[str, tuple[str, str]] = {
         "map the shares of the basins over a parameter, with the best phase lag",
     ),
     "resilience": (
-        "resilience_studies.resilience.options",
+        "orbit_studies.resilience.options",
         "measure fatal impulses and timing errors, times and shares of attractors",
     ),
     "juggling": (
@@ -83,11 +83,11 @@ _TABLE: dict[str, tuple[str, str]] = {
         "simulate a recorded run again from its inputs: bit-identical, or changed",
     ),
     "bag_recover": (
-        "nodes.bag_recover",
+        "bag.bag_recover",
         "repair a bag that is incomplete or damaged",
     ),
     "bag_report": (
-        "nodes.bag_report",
+        "report.bag_report",
         "report on a recorded run from its bag: summary, figures, a page of plots",
     ),
     **STUDIES,

@@ -1,11 +1,11 @@
 """Public names of `plots`, for type checkers and for `PublicNames`."""
 
 from .matplotlib_figures import save_picture as save_picture
+from .orbit_studies.curves.picture import curves_picture as curves_picture
+from .orbit_studies.manifolds.picture import manifolds_picture as manifolds_picture
+from .orbit_studies.resilience.picture import impulse_picture as impulse_picture
+from .orbit_studies.resilience.picture import resilience_picture as resilience_picture
 from .report.run_picture import run_picture as run_picture
-from .resilience_studies.curves.picture import curves_picture as curves_picture
-from .resilience_studies.manifolds.picture import manifolds_picture as manifolds_picture
-from .resilience_studies.resilience.picture import impulse_picture as impulse_picture
-from .resilience_studies.resilience.picture import resilience_picture as resilience_picture
 from .study.basin_shares.picture import basin_shares_picture as basin_shares_picture
 from .study.basins.picture import basins_picture as basins_picture
 from .study.basins.picture import start_speeds_picture as start_speeds_picture

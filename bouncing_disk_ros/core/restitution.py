@@ -1,7 +1,7 @@
 """Restitution: u = −ε w along the axis, its impulse and loss; friction in an impact (rule 7).
 
 What one impact does is said here once: for numbers and arrays (`rebounded`), for kernels
-(`rebound`, `axial_push`, `lost_part`) and for lanes (`lanes.lane_table.rebound`, compiled from
+(`rebound`, `axial_push`, `lost_part`) and for lanes (`lanes.lane_basics.rebound`, compiled from
 `rebounded`). `resolve_event` resolves an impact by it. Formulas for many impacts need an ε that is
 the same in all of them, and change with the law by hand:
 
@@ -10,12 +10,12 @@ the same in all of them, and change with the law by hand:
   `resolve_event._end_chatter_rotation`;
 - derivatives of the map: `map_tangent.turned_tangent`, `periodic_orbit` (determinant ε²ⁿ),
   `next_collision.NextCollisionMap.jacobian`;
-- the map backwards: `axial_flights.previous_impact`, `basins.compute.before_impact`;
+- the map backwards: `axial_iteration.previous_impact`, `basins.compute.before_impact`;
 - period-1 orbits: `existence_limit`, `impact_velocity` and `stability_limit` of
   `maps.period_one`, from which all others take them;
 - the greatest speed: `settled_speed.largest_change`, `manifold_growth.no_return`;
 - friction in lanes: `attractor_lanes` keeps (1 + ε)/Γ_T of a lane;
-- equations of orbits and controllers: `resilience_studies.orbit_equations`, `fatal_changes`,
+- equations of orbits and controllers: `orbit_studies.orbit_equations`, `fatal_changes`,
   `report.stability`, `juggling.kernels.toss_planner` and `strategies`, `juggling.target_orbit`,
   `juggling.compute`;
 - proofs: `proof`, which shares nothing with the core.

@@ -16,7 +16,7 @@ from numba import types
 
 from bouncing_disk_ros.core.arithmetic import entry, kernel, sincos, wrapped
 from bouncing_disk_ros.core.chatter import BOUNCES, chatter_end
-from bouncing_disk_ros.core.contact import load, load_returns
+from bouncing_disk_ros.core.contact_events import load, load_returns
 from bouncing_disk_ros.core.flight import Launch, first_impact, never_leaves, separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after
 from bouncing_disk_ros.core.platform import Jet, Record, axial_jet, steady_motion

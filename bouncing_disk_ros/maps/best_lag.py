@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind
-from bouncing_disk_ros.maps.scalar_search import golden_section
 from bouncing_disk_ros.maps.settled_speed import settled_speed
+from bouncing_disk_ros.scalar_search import golden_section
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.maps.next_collision import NextCollisionMap

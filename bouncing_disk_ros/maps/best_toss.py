@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.scalar_search import WIDTH, golden_section
 from bouncing_disk_ros.maps.single_toss import TOSS_STUCK
 from bouncing_disk_ros.maps.tosses import (
     LOWEST,
@@ -29,6 +28,7 @@ from bouncing_disk_ros.maps.tosses import (
     start_phase,
     toss,
 )
+from bouncing_disk_ros.scalar_search import WIDTH, golden_section, halved
 
 MEASURES = ("airborne_speed", "speed_ratio", "efficiency")
 """What may be made largest; of the speeds, the magnitude: they may turn either way."""
@@ -203,11 +203,8 @@ def _end(angles: Floats, stuck: NDArray[np.bool_], setting: TossSetting) -> floa
     slipping = np.flatnonzero(~stuck)
     if len(slipping) == 0:
         return float(angles[-1])
-    low, high = float(angles[slipping[0] - 1]), float(angles[slipping[0]])
-    while high - low > WIDTH:
-        middle = 0.5 * (low + high)
-        if toss(-separation_phase(middle, setting), middle, setting).code == TOSS_STUCK:
-            low = middle
-        else:
-            high = middle
-    return low
+    ends = angles[slipping[0] - 1 : slipping[0] + 1].tolist()
+    return halved(
+        lambda at: bool(toss(-separation_phase(at, setting), at, setting).code == TOSS_STUCK),
+        *ends, width=WIDTH,
+    )[0]  # fmt: skip

@@ -16,14 +16,14 @@ from typing import NamedTuple
 import numpy as np
 
 from bouncing_disk_ros.errors import InputError, closest
-from bouncing_disk_ros.maps.axial_flights import impacts_before_contact
+from bouncing_disk_ros.maps.axial_iteration import impacts_before_contact
 from bouncing_disk_ros.maps.next_collision import Array, MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import (
     PeriodicOrbit,
     followed,
     periodic_orbit,
 )
-from bouncing_disk_ros.maps.scalar_search import root_between
+from bouncing_disk_ros.scalar_search import halved, root_between
 
 AXES = ("axial_forcing", "restitution")
 """The parameters that the axial part of an orbit depends on."""
@@ -210,25 +210,25 @@ def contact_onset(
     """
     check_axis(axis)
     low, high = float(getattr(section, axis)), float(limit)
-    state = _without_contact(section, start, impacts)
-    if state is None:
+    settled = _without_contact(section, start, impacts)
+    if settled is None:
         raise InputError("start", start, "a state whose orbit holds no contact at its own value")
+    state = settled
+
+    def bounces(value: float) -> bool:
+        nonlocal state
+        after = _without_contact(replace(section, **{axis: value}), state, impacts)
+        state = after or state
+        return after is not None
+
     for value in np.linspace(low, high, _ONSET_STEPS + 1)[1:]:
-        after = _without_contact(replace(section, **{axis: float(value)}), state, impacts)
-        if after is None:
+        if not bounces(float(value)):
             high = float(value)
             break
-        low, state = float(value), after
+        low = float(value)
     else:
         return None
-    while abs(high - low) > digits:
-        middle = 0.5 * (low + high)
-        after = _without_contact(replace(section, **{axis: middle}), state, impacts)
-        if after is None:
-            high = middle
-        else:
-            low, state = middle, after
-    return ContactOnset(low, high, impacts)
+    return ContactOnset(*halved(bounces, low, high, width=digits), impacts)
 
 
 def _without_contact(section: NextCollisionMap, start: MapState, impacts: int) -> MapState | None:

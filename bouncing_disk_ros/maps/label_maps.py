@@ -18,8 +18,8 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.distributions import t_quantile
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.distributions import t_quantile
 
 PIXELS = 2**25
 """About so many pixels of a map are in memory at a time."""

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.maps.absorbing_region import AbsorbingRegion
 from bouncing_disk_ros.maps.attractor_search import missed_attractors, window_attractors
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
-from bouncing_disk_ros.maps.axial_flights import iterate_forwards
+from bouncing_disk_ros.maps.axial_iteration import iterate_forwards
 from bouncing_disk_ros.maps.axial_map import ORBIT_DELAY, ORBIT_TAU, ORBIT_W, axial_orbit
-from bouncing_disk_ros.maps.basin_labels import Floats, LabelRule, StartLabels, label_starts
+from bouncing_disk_ros.maps.basin_labels import Floats, LabelRule, label_starts
 from bouncing_disk_ros.maps.label_maps import UNRESOLVED, centres
+from bouncing_disk_ros.maps.lanes.label_lanes import StartLabels
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 
 IN_CONTACT = -2
@@ -82,17 +83,17 @@ def _go_on_after_contact(
 ) -> None:
     """Where contact leads to a periodic attractor: the times up to there, in place."""
     after = known.after_contact
-    rows, columns = held = np.nonzero(labels.label == IN_CONTACT)
+    rows, columns = chattered = np.nonzero(labels.label == IN_CONTACT)
     if not len(rows) or after < 0 or known.found[after].kind is not AttractorKind.PERIODIC:
         return
     platform = float(section.axial_forcing), float(section.restitution)
     states = np.stack((tau[columns], w[rows]), axis=1)
-    iterate_forwards(states, labels.impacts[held].astype(np.int64), *platform)
+    iterate_forwards(states, labels.impacts[chattered].astype(np.int64), *platform)
     next_one = np.empty((1, 4))
     delays = np.empty(len(states))
     for i, state in enumerate(states):
         axial_orbit(*state, *platform, 1, next_one)
         delays[i] = next_one[0, ORBIT_DELAY]
     tau, w = (next_one[:, column].copy() for column in (ORBIT_TAU, ORBIT_W))  # the same for all
-    labels.time[held] += delays
-    labels.time[held] += label_starts(known, section, tau, w).time[0]
+    labels.time[chattered] += delays
+    labels.time[chattered] += label_starts(known, section, tau, w).time[0]

@@ -23,7 +23,7 @@ from bouncing_disk_ros.core.chatter import (
     chatter_sums,
     chatter_verdict,
 )
-from bouncing_disk_ros.core.contact import load, slide
+from bouncing_disk_ros.core.contact_events import load, slide
 from bouncing_disk_ros.core.contact_table import what_holds
 from bouncing_disk_ros.core.flight import Launch, gap_after, separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after

@@ -31,7 +31,7 @@ from functools import cache, cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.maps.distributions import normal, normal_quantile, t_probability
+from bouncing_disk_ros.distributions import normal, normal_quantile, t_probability
 from bouncing_disk_ros.measured.kernels.likelihood import (
     excess_slopes,
     fit_times,
@@ -173,7 +173,7 @@ def _crossing(
     """Where a distribution is `wanted`, between two places, to `width`.
 
     By secants of its normal quantiles, which are nearly on a line; an end that stays has its
-    distance halved (the Illinois method). `maps.scalar_search.root_between` would also close the
+    distance halved (the Illinois method). `scalar_search.root_between` would also close the
     bracket, at more places: each place costs a fit for every ratio.
     """
 

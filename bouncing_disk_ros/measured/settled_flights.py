@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from bouncing_disk_ros.maps.distributions import t_probability
+from bouncing_disk_ros.distributions import t_probability
 from bouncing_disk_ros.measured.profiles import LEVEL, Array, Interval, interval_text
 
 _PHASES = 65

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.distributions import chi_square_quantile, normal_quantile
 from bouncing_disk_ros.errors import InputError, MissingLibraryError
-from bouncing_disk_ros.maps.distributions import chi_square_quantile, normal_quantile
 from bouncing_disk_ros.measured.alignment import FEWEST, aligned
 from bouncing_disk_ros.measured.echoes import without_echoes
 from bouncing_disk_ros.measured.filters import filtered, highest, running_maximum, spectra

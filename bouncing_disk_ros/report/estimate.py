@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import counted
-from bouncing_disk_ros.maps.scalar_search import root_between
 from bouncing_disk_ros.report.recorded_offset import Offsets, axial_offset
 from bouncing_disk_ros.report.section import single_impacts
+from bouncing_disk_ros.scalar_search import root_between
 
 Column = NDArray[np.float64]
 

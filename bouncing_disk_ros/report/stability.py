@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.distributions import t_quantile
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.axial_map import (
     MAP_IMPACT,
@@ -18,7 +19,6 @@ from bouncing_disk_ros.maps.axial_map import (
     ORBIT_W,
     axial_orbit,
 )
-from bouncing_disk_ros.maps.distributions import t_quantile
 from bouncing_disk_ros.maps.map_tangent import flight_tangents, log_growth
 from bouncing_disk_ros.maps.scales import axial_forcing_of, velocity_scale
 from bouncing_disk_ros.report.estimate import Estimate

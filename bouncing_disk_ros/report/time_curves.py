@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.maps.distributions import t_quantile
+from bouncing_disk_ros.distributions import t_quantile
 from bouncing_disk_ros.report.estimate import Estimate
+from bouncing_disk_ros.scalar_search import halved
 
 Values = NDArray[np.float64]
 
@@ -141,10 +142,7 @@ def _edge(inside: Callable[[float], bool], start: float, limit: float) -> float:
     while abs(step) < abs(bad - good) and inside(math.exp(good + step)):
         step *= 4.0
     bad = good + step if abs(step) < abs(bad - good) else bad
-    for _ in range(40):
-        middle = 0.5 * (good + bad)
-        good, bad = (middle, bad) if inside(math.exp(middle)) else (good, middle)
-    return math.exp(bad)
+    return math.exp(halved(lambda place: inside(math.exp(place)), good, bad, steps=40)[1])
 
 
 def _shapes(curve: Curve, times: Values) -> Values:

@@ -1,7 +1,7 @@
 """Core values as standard ROS messages: x_to_msg of each x.
 
 Every function raises `InputError` on content it does not know, and nothing else; none loops over
-impact rows. The way back is in `from_messages`, and of the commands in `serialized`, which reads
+impact rows. The way back is in `from_messages`, and of the commands in `command_bytes`, which reads
 their bytes.
 """
 

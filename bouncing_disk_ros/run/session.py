@@ -262,7 +262,7 @@ class Session:
                 self.paused = paused
                 self._note("pause", self.time_ns, paused=paused)
 
-        self._submit(act)  # while held, inputs act at this instant: all before it is resolved
+        self._submit(act)  # while paused, inputs act at this instant: all before it is resolved
 
     def reset(self) -> None:
         """Back to the initial state and motion of the parameters; time and cycles go on."""

@@ -20,7 +20,12 @@ from bench.c_reference import CLanes, CReference
 from bench.many_references import missing
 from bench.table import Aim, Row, compared, row
 from bench.turns import Run, interleaved
-from bouncing_disk_ros.maps.basin_labels import LaneRule, StartLabels, known_points, label_lanes
+from bouncing_disk_ros.maps.lanes.label_lanes import (
+    LaneRule,
+    StartLabels,
+    known_points,
+    label_lanes,
+)
 
 PART = "many trajectories"
 PIXELS, CAP, CONFIRM, TOLERANCE = 200, 300, 8, 1e-6

@@ -1,6 +1,6 @@
 /* Many trajectories of the axial problem in vectorised C: the yardstick of the lanes in `make bench`.
 
-   The same idea as in maps/lanes/lane_table.py, in rounds over 64 lanes that the compiler vectorises: launch,
+   The same idea as in maps/lanes/lane_basics.py, in rounds over 64 lanes that the compiler vectorises: launch,
    two looks at the gap, landing. As in impacts.c it may do what the core may not: fused
    multiply-add and absolute positions, so it needs two sines an impact where the core needs three,
    and has no digits left for tiny bounces. A chatter is complete by the rule of the core; what

@@ -9,10 +9,10 @@ from bench.turns import elapsed
 from bouncing_disk_ros.maps.labelled_window import label_window
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
-from bouncing_disk_ros.resilience_studies.fatal_changes import FatalRule
-from bouncing_disk_ros.resilience_studies.orbit_branch import orbit_curve
-from bouncing_disk_ros.resilience_studies.orbit_curves import Curve, Window
-from bouncing_disk_ros.resilience_studies.resilience.measures import measure as measure_attractor
+from bouncing_disk_ros.orbit_studies.fatal_changes import FatalRule
+from bouncing_disk_ros.orbit_studies.orbit_branch import orbit_curve
+from bouncing_disk_ros.orbit_studies.orbit_curves import Curve, Window
+from bouncing_disk_ros.orbit_studies.resilience.measures import measure as measure_attractor
 
 PART = "resilience"
 STARTS = 1000

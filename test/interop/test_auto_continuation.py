@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.maps.bifurcations import period_doublings
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
-from bouncing_disk_ros.resilience_studies.orbit_branch import orbit_curve
-from bouncing_disk_ros.resilience_studies.orbit_curves import Window
+from bouncing_disk_ros.orbit_studies.orbit_branch import orbit_curve
+from bouncing_disk_ros.orbit_studies.orbit_curves import Window
 
 pytestmark = [pytest.mark.interop, pytest.mark.timeout(600)]
 

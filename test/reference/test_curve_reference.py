@@ -13,9 +13,9 @@ from mpmath import mp, mpf
 
 from bouncing_disk_ros.maps.bifurcations import period_doublings
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
-from bouncing_disk_ros.resilience_studies.orbit_branch import orbit_curve
-from bouncing_disk_ros.resilience_studies.orbit_curves import Window
-from bouncing_disk_ros.resilience_studies.orbit_equations import CurveKind
+from bouncing_disk_ros.orbit_studies.orbit_branch import orbit_curve
+from bouncing_disk_ros.orbit_studies.orbit_curves import Window
+from bouncing_disk_ros.orbit_studies.orbit_equations import CurveKind
 from support.coverage import in_soak
 
 DIGITS = 40

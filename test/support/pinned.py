@@ -19,13 +19,7 @@ from bouncing_disk_ros.core.model import Disk, InitialState, Motion, join_rows
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors
 from bouncing_disk_ros.maps.axial_map import axial_orbit
-from bouncing_disk_ros.maps.basin_labels import (
-    LaneRule,
-    StartLabels,
-    known_points,
-    label_lanes,
-    label_starts,
-)
+from bouncing_disk_ros.maps.basin_labels import label_starts
 from bouncing_disk_ros.maps.best_lag import best_lag
 from bouncing_disk_ros.maps.best_toss import extreme
 from bouncing_disk_ros.maps.bifurcations import period_doublings
@@ -36,7 +30,13 @@ from bouncing_disk_ros.maps.label_maps import (
 )
 from bouncing_disk_ros.maps.lanes.attractor_lanes import measure_attractors
 from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
-from bouncing_disk_ros.maps.lanes.lane_table import fused
+from bouncing_disk_ros.maps.lanes.label_lanes import (
+    LaneRule,
+    StartLabels,
+    known_points,
+    label_lanes,
+)
+from bouncing_disk_ros.maps.lanes.lane_basics import fused
 from bouncing_disk_ros.maps.map_tangent import axial_tangent
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, fixed_point

@@ -19,8 +19,7 @@ from bouncing_disk_ros.core.arithmetic import kernel, sincos
 from bouncing_disk_ros.core.restitution import speed_after as scalar_speed_after
 from bouncing_disk_ros.maps import axial_map, map_tangent
 from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, MAP_IMPACT, MAP_REST
-from bouncing_disk_ros.maps.lanes.lane_flight import land_lanes, run_lanes
-from bouncing_disk_ros.maps.lanes.lane_table import (
+from bouncing_disk_ros.maps.lanes.lane_basics import (
     COSINE,
     DELAY,
     FIELDS,
@@ -45,6 +44,7 @@ from bouncing_disk_ros.maps.lanes.lane_table import (
     scratch,
     set_impact,
 )
+from bouncing_disk_ros.maps.lanes.lane_flight import land_lanes, run_lanes
 from bouncing_disk_ros.maps.map_tangent import flight_tangent
 from bouncing_disk_ros.maps.rotation_map import (
     AT_REST,

@@ -9,8 +9,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, MAP_REST, next_impact
-from bouncing_disk_ros.maps.lanes.lane_flight import land_lanes, run_lanes
-from bouncing_disk_ros.maps.lanes.lane_table import (
+from bouncing_disk_ros.maps.lanes.lane_basics import (
     FIELDS,
     FORCING,
     IMPACTS_LEFT,
@@ -24,6 +23,7 @@ from bouncing_disk_ros.maps.lanes.lane_table import (
     scratch,
     set_impact,
 )
+from bouncing_disk_ros.maps.lanes.lane_flight import land_lanes, run_lanes
 
 COUNT_CONTACTS, COUNT_RESTS = 0, 1
 """Columns of the counts of events."""

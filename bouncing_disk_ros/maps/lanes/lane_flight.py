@@ -1,4 +1,4 @@
-"""The flights of all lanes of `lane_table`: launch, search, refine, land; and their scheduler.
+"""The flights of all lanes of `lane_basics`: launch, search, refine, land; and their scheduler.
 
 Loops without branches, of a few dozen instructions: the processor works on several turns at once.
 All that a loop reads is read before the first choice, and choices are selections (`chosen`, `&`,
@@ -15,7 +15,7 @@ from bouncing_disk_ros.core import chatter, flight, roots
 from bouncing_disk_ros.core.platform import ROOM
 from bouncing_disk_ros.core.roots import ROUNDING
 from bouncing_disk_ros.maps.axial_map import GRAVITY
-from bouncing_disk_ros.maps.lanes.lane_table import (
+from bouncing_disk_ros.maps.lanes.lane_basics import (
     BEGIN,
     CHATTER,
     COARSE,

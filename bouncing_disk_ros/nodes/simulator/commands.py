@@ -12,13 +12,13 @@ from rclpy.node import Node
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import INPUTS_AHEAD
-from bouncing_disk_ros.ros.numbered_subscription import NumberedSubscription
-from bouncing_disk_ros.ros.serialized import (
+from bouncing_disk_ros.ros.command_bytes import (
     impulse_from_bytes,
     programme_from_bytes,
     trajectory_from_bytes,
     value_from_bytes,
 )
+from bouncing_disk_ros.ros.numbered_subscription import NumberedSubscription
 from bouncing_disk_ros.run.apply_request import Request, apply_request
 from bouncing_disk_ros.run.command_validation import Instant
 from bouncing_disk_ros.run.session import Session

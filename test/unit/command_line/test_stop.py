@@ -88,7 +88,9 @@ def test_only_executables_of_the_package_count(argv0: str, name: str) -> None:
 
 
 def test_a_program_that_imports_the_package_keeps_its_handlers() -> None:
-    code = "import signal; before = signal.getsignal(2); import bouncing_disk_ros.nodes.bag_report;"
+    code = (
+        "import signal; before = signal.getsignal(2); import bouncing_disk_ros.report.bag_report;"
+    )
     code += "assert signal.getsignal(2) is before is signal.default_int_handler"
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bouncing_disk_ros.core import restitution
-from bouncing_disk_ros.maps.lanes import lane_table
+from bouncing_disk_ros.maps.lanes import lane_basics
 from support.kernels import Kernels
 
 law = Kernels(restitution)
@@ -17,7 +17,7 @@ def test_scalars_lanes_and_arrays_rebound_alike() -> None:
     for epsilon in (0.0, 0.5, 1.0, float(rng.uniform()), 1.0 - 1e-6):
         of_array = restitution.rebounded(w, epsilon)
         assert [law.rebound(one, epsilon) for one in w] == of_array.tolist()
-        assert [lane_table.rebound(one, epsilon) for one in w] == of_array.tolist()
+        assert [lane_basics.rebound(one, epsilon) for one in w] == of_array.tolist()
 
 
 def test_impulse_and_loss_are_those_of_the_law() -> None:

@@ -8,8 +8,9 @@ import numpy as np
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from bouncing_disk_ros.maps.axial_flights import clearance_of, impacts_before_contact
+from bouncing_disk_ros.maps.axial_iteration import impacts_before_contact
 from bouncing_disk_ros.maps.axial_map import MAP_IMPACT, ORBIT_DELAY, ORBIT_KIND, axial_orbit
+from bouncing_disk_ros.maps.orbit_kernels import clearance_of
 
 
 @given(tau=st.floats(0, 6.28), w=st.floats(-6, -0.05), forcing=st.floats(0.33, 2.0))

@@ -40,7 +40,7 @@ def test_every_kernel_releases_the_lock_has_no_threads_and_fuses_only_where_it_s
     found = dict(kernels())
     # the walk finds what the studies and the simulator call
     for name in (
-        "basin_labels._label_lanes",
+        "label_lanes._label_lanes",
         "lanes.axial_lanes._iterate_axial",
         "engine.advance",
     ):
@@ -60,7 +60,7 @@ def test_two_files_compile_for_all() -> None:
     ways = re.compile(r"n?jit\b|jitable|prange|vectorize|stencil|\bcfunc\b|import numba\b")
     files = PACKAGE.rglob("*.py")
     found = {file.name for file in files if ways.search(file.read_text("utf-8"))}
-    assert found == {"arithmetic.py", "lane_table.py"}
+    assert found == {"arithmetic.py", "lane_basics.py"}
 
 
 LOADED = """

@@ -11,10 +11,10 @@ import pytest
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.core.offset import QUINTIC, Knot, OffsetState
 from bouncing_disk_ros.errors import ExitCode, InputError
-from bouncing_disk_ros.nodes.bag_report import with_options
 from bouncing_disk_ros.proof import event_proof as proof
 from bouncing_disk_ros.proof.bag_proof import prove_bag
 from bouncing_disk_ros.proof.exact_records import Event, Outcome, Verdict
+from bouncing_disk_ros.report.bag_report import with_options
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.trajectory_validation import Splice
 from support.recorded import NS, START_NS, RecordedRun

@@ -13,10 +13,10 @@ import pytest
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.core.offset import QUINTIC, Knot, OffsetState
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes.bag_report import with_options
 from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, replay_bag
 from bouncing_disk_ros.nodes.replay.replay_text import comparison_lines
 from bouncing_disk_ros.proof.bag_proof import BagProver
+from bouncing_disk_ros.report.bag_report import with_options
 from bouncing_disk_ros.report.recorded_runs import RecordedRuns
 from bouncing_disk_ros.report.report_panels import energy_panel, panels
 from bouncing_disk_ros.report.run_report import Report

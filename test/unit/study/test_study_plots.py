@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 
 from bouncing_disk_ros.matplotlib_figures import name_axis, new_figure
 from bouncing_disk_ros.motor_study import options as motor
+from bouncing_disk_ros.orbit_studies.curves import options as curves
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.resilience_studies.curves import options as curves
 from bouncing_disk_ros.study import named, run
 from bouncing_disk_ros.study.basin_shares import options as basin_shares
 from bouncing_disk_ros.study.basins import options as basins

@@ -13,8 +13,8 @@ from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
+from bouncing_disk_ros.orbit_studies.resilience.picture import impulse_unit
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.resilience_studies.resilience.picture import impulse_unit
 from bouncing_disk_ros.study import open_result
 from bouncing_disk_ros.study.bifurcation.options import DEFINITION
 from bouncing_disk_ros.study.by_name import definition_of

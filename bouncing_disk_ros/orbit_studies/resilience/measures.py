@@ -1,0 +1,82 @@
+"""How safe an attractor of the next-collision map is: all its measures at one Γ and ε."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind
+from bouncing_disk_ros.maps.labelled_window import Labelled
+from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+from bouncing_disk_ros.orbit_studies.fatal_changes import (
+    FatalRule,
+    fatal_impulses,
+    fatal_timing_errors,
+)
+from bouncing_disk_ros.orbit_studies.orbit_instants import Array, impact_limits, instants_of
+
+
+class Resilience(NamedTuple):
+    """Measures of one attractor."""
+
+    share: float  # of the window
+    share_error: float  # standard error
+    share_without_contact: float  # of starts that reach it and do not come to contact before
+    share_in_time: Array  # (k,) of starts that are on it after so many periods; nan: chaotic
+    convergence_time: float  # time constant near it, periods; 0 with contact; nan: chaotic
+    median_time: float  # of starts of its basin, until it is clear that they are on it, periods
+    slow_time: float  # 95 % of them are faster
+    impulses: Array  # (2, m) fatal impulse at each instant, upwards and downwards, m·πg/ω
+    least_impulses: Array  # (2,) least over all instants and both limits at impacts
+    timing_errors: Array  # (2,) least fatal timing error, late and early, rad
+
+
+def measure(
+    section: NextCollisionMap, window: Labelled, label: int, instants: int,
+    after: Array, rule: FatalRule,
+) -> Resilience:  # fmt: skip
+    """All measures of one attractor; `after` (k,): numbers of periods of the shares in time."""
+    known = window.known
+    attractor = known.found[label]
+    own = window.ends() == label
+    n = own.size
+    cut = np.zeros(own.shape, bool)
+    cut[1:] = own[1:] != own[:-1]
+    cut |= own != np.roll(own, 1, axis=1)
+    time = window.labels.time / math.tau
+    direct = window.labels.label == label
+    mine = time[own & np.isfinite(time)]
+    sizes = fatal_impulses(section, known, label, instants_of(attractor, section, instants), rule)
+    least = sizes
+    if len(attractor.forcing_phases):
+        limits = impact_limits(attractor, section)
+        least = np.concatenate((sizes, fatal_impulses(section, known, label, limits, rule)), axis=1)
+        errors = fatal_timing_errors(section, known, label, rule).min(axis=1)
+    else:
+        errors = np.full(2, math.nan)
+    return Resilience(
+        float(own.mean()), 0.5 * math.sqrt(float(cut.sum())) / n, float(direct.mean()),
+        _share_in_time(attractor, mine, after, n),
+        convergence_time(attractor),
+        float(np.median(mine)) if len(mine) else math.nan,
+        float(np.quantile(mine, 0.95)) if len(mine) else math.nan,
+        sizes, least.min(axis=1), errors,
+    )  # fmt: skip
+
+
+def _share_in_time(attractor: Attractor, times: Array, after: Array, starts: int) -> Array:
+    """Share of so many starts whose time is up after so many periods (k,)."""
+    if attractor.kind is AttractorKind.CHAOTIC:
+        return np.full(len(after), math.nan)
+    return np.array([np.count_nonzero(times <= limit) / starts for limit in after])
+
+
+def convergence_time(attractor: Attractor) -> float:
+    """Periods in which a small distance shrinks to 1/e; 0 with contact, nan of chaos."""
+    if attractor.kind is AttractorKind.CHAOTIC:
+        return math.nan
+    if attractor.kind is not AttractorKind.PERIODIC or attractor.multiplier == 0.0:
+        return 0.0
+    return -attractor.cycles / math.log(attractor.multiplier)
