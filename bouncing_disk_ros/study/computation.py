@@ -123,14 +123,10 @@ class Study(ABC):
 
     def regions(self) -> Iterator[Region]:
         """All regions, the last axis fastest."""
-        return regions_of(self.shape, self.chunks)
-
-
-def regions_of(shape: Mapping[str, int], lengths: Mapping[str, int]) -> Iterator[Region]:
-    """Regions of arrays with axes of this shape, cut into these lengths; the last axis fastest."""
-    cuts = [
-        [(dim, slice(i, min(i + length, shape[dim]))) for i in range(0, shape[dim], length)]
-        for dim, length in lengths.items()
-    ]
-    for number, slices in enumerate(itertools.product(*cuts)):
-        yield Region(number, dict(slices))
+        shape = self.shape
+        cuts = [
+            [(dim, slice(i, min(i + length, shape[dim]))) for i in range(0, shape[dim], length)]
+            for dim, length in self.chunks.items()
+        ]
+        for number, slices in enumerate(itertools.product(*cuts)):
+            yield Region(number, dict(slices))

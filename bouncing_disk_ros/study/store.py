@@ -17,7 +17,7 @@ import stat
 import warnings
 from collections.abc import Mapping
 from functools import cache
-from itertools import chain, product
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -35,14 +35,14 @@ from bouncing_disk_ros.folders import PACKAGE
 from bouncing_disk_ros.limits import RESULT_ARRAYS, RESULT_CHUNK, RESULT_CHUNKS, RESULT_METADATA
 from bouncing_disk_ros.regular_file import read_bytes
 from bouncing_disk_ros.study.by_name import definition_of
-from bouncing_disk_ros.study.computation import Arrays, Field, Region, Study, regions_of
+from bouncing_disk_ros.study.computation import Arrays, Field, Region, Study
 
 FORMAT = 3
 WITHOUT_CHECKSUMS = 2
 """The format of version 0.2: its chunks and metadata cannot be checked for damage."""
-DIGESTS, REGIONS = "digests", "regions"
-"""Attributes: SHA-256 of the metadata of a group and of its arrays; the axes that are cut, and the
-length of a region along each."""
+DIGEST, REGIONS = "digest", "regions"
+"""Attributes: SHA-256 of all metadata; the axes that are cut, with the length of a region along
+each."""
 CONTEXT, BYTES = "context", "bytes"
 """The group of what all regions need, which xarray does not show, and the array in it."""
 DONE, REGION = "region_done", "region"
@@ -56,7 +56,6 @@ _OLDER_CODECS = {BytesCodec, BloscCodec, ZstdCodec}
 _HEADER, _CHECKSUM = 16, 4
 """Bytes before and after the numbers of a chunk: Blosc's header, the crc32c."""
 _HELD = f"{CONTEXT}/{BYTES}"
-_DRAFT = "context_draft"  # of the context, where a run of version 0.3.0 was killed
 _METADATA = "zarr.json"
 _DEEPEST = 8
 _ALL_CHUNKS = {"write_empty_chunks": True}
@@ -74,11 +73,7 @@ class Contents(NamedTuple):
     path: Path
     attributes: Mapping[str, Any]
     arrays: dict[str, zarr.Array]  # the context too
-
-    @property
-    def sealed(self) -> bool:
-        """Whether it has checksums."""
-        return bool(self.attributes["identity"].get("format") != WITHOUT_CHECKSUMS)
+    sealed: bool  # whether it has checksums
 
 
 def contents(field: str, path: Path) -> Contents:
@@ -89,26 +84,21 @@ def contents(field: str, path: Path) -> Contents:
     why = _irregular(path)
     try:
         if not why:
-            digests = digests_of(path)
+            digest = metadata_digest(path)
             group = zarr.open_group(str(path), mode="r", zarr_format=3, use_consolidated=False)
-            found = Contents(path, group.attrs.asdict(), {})
-            context = {_HELD: group[_HELD]} if CONTEXT in group else {}
-            sound = not found.sealed or found.attributes[DIGESTS] == digests
-            if found.sealed and context:
-                sound &= group[CONTEXT].attrs[DIGESTS] == digests_of(path / CONTEXT)
-            if sound:
-                found.arrays.update(dict(group.arrays()) | context)
-                fits = all(_fits(array, sealed=found.sealed) for array in found.arrays.values())
-                if not fits or DONE not in found.arrays:
-                    why = "It lacks marks, or has an array that no study stores"
+            sealed = group.attrs["identity"].get("format") != WITHOUT_CHECKSUMS
+            if not sealed or group.attrs[DIGEST] == digest:
+                nodes = dict(group.members(max_depth=1))
+                arrays = {name: one for name, one in nodes.items() if isinstance(one, zarr.Array)}
+                if DONE in arrays and all(_fits(one, sealed=sealed) for one in arrays.values()):
+                    return Contents(path, group.attrs.asdict(), arrays, sealed)
+                why = "It lacks marks, or has an array that no study stores"
             else:
                 why = "Its metadata were damaged, changed, added or removed"
     except Exception:  # noqa: BLE001 (Zarr has errors of many kinds for what it cannot use)
         why = "It holds other data, or damaged metadata"
-    if why:
-        hint = f"{why}. Remove it, or choose another output"
-        raise InputError(field, str(path), "a whole result of a study", hint)
-    return found
+    hint = f"{why}. Remove it, or choose another output"
+    raise InputError(field, str(path), "a whole result of a study", hint)
 
 
 def _irregular(path: Path) -> str:
@@ -126,23 +116,20 @@ def _irregular(path: Path) -> str:
     return ""
 
 
-def digests_of(path: Path) -> dict[str, str]:
-    """SHA-256 of the metadata of a group, named ".", and of each array in it, by its name.
+def metadata_digest(path: Path) -> str:
+    """SHA-256 of all metadata of a store but this digest itself, and of the names of its arrays.
 
-    That of the group covers the names of its arrays, but no digest. Raises InputError, ValueError,
-    TypeError, AttributeError or RecursionError where metadata cannot be read.
+    Raises errors of many kinds where metadata cannot be read.
     """
-    found = {file.parent.name for file in path.glob(f"*/{_METADATA}")}
-    names = sorted(found - {CONTEXT, _DRAFT})
-    if len(names) > RESULT_ARRAYS:
+    files = [file for folders in ("", "*/", "*/*/") for file in path.glob(folders + _METADATA)]
+    if len(files) > RESULT_ARRAYS:
         raise ValueError
-    files = {".": path / _METADATA, **{name: path / name / _METADATA for name in names}}
     nodes = {
-        name: json.loads(read_bytes("path", file, RESULT_METADATA)) for name, file in files.items()
+        str(file.relative_to(path)): json.loads(read_bytes("path", file, RESULT_METADATA))
+        for file in files
     }
-    nodes["."]["attributes"] = {**nodes["."].get("attributes", {}), DIGESTS: names}
-    texts = {name: json.dumps([name, node], sort_keys=True) for name, node in nodes.items()}
-    return {name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
+    nodes[_METADATA].get("attributes", {}).pop(DIGEST, None)
+    return hashlib.sha256(json.dumps(nodes, sort_keys=True).encode()).hexdigest()
 
 
 def _fits(array: zarr.Array, *, sealed: bool) -> bool:
@@ -162,28 +149,28 @@ def damage(field: str, found: Contents) -> dict[str, list[Path]]:
     Axes, the context, and regions that are marked. Raises InputError, naming `field`, where the
     store does not say its regions.
     """
-    axes = [name for name, one in found.arrays.items() if _dims(one) == (name,)]
-    whole = {**{name: f"axis {name}" for name in axes}, _HELD: "what all parts need"}
-    arrays = {name: one for name, one in found.arrays.items() if name not in whole}
-    damaged = {
-        words: [found.path / name / "c"]
-        for name, words in whole.items()
-        if name in found.arrays and not _is_whole(found.arrays[name])
-    }
+    arrays, damaged = dict(found.arrays), {}
+    axes = {name: f"axis {name}" for name, one in arrays.items() if _dims(one) == (name,)}
+    for name, words in {**axes, _HELD: "what all parts need"}.items():
+        one = arrays.pop(name, None)
+        if one is not None and not _is_whole(one):
+            damaged[words] = [found.path / name / "c"]
     is_sound = cache(lambda name, place: _is_sound(arrays[name], place))  # of several regions
     try:
-        shape: dict[str, int] = {}
-        for one in found.arrays.values():
-            for dim, size in zip(_dims(one), one.shape, strict=True):
-                if shape.setdefault(dim, size) != size:
-                    raise ValueError
-        regions = regions_of(shape, dict(found.attributes[REGIONS]))
-        for number, region in zip(range(arrays[DONE].shape[0]), regions, strict=True):
-            mark = _file(arrays[DONE], (number,))
+        named = (zip(_dims(one), one.shape, strict=True) for one in found.arrays.values())
+        sizes = set(chain.from_iterable(named))  # one of each dimension
+        shape, cuts = dict(sizes), dict(found.attributes[REGIONS])
+        counts = [-(-shape[dim] // length) for dim, length in cuts.items()]
+        if len(shape) < len(sizes) or arrays[DONE].shape != (math.prod(counts),):
+            raise ValueError
+        for number, region in enumerate(np.ndindex(*counts)):
+            chunk = {**dict(zip(cuts, region, strict=True)), REGION: number}
+            places = {
+                name: tuple(chunk.get(dim, 0) for dim in _dims(one)) for name, one in arrays.items()
+            }
+            mark = _file(arrays[DONE], places[DONE])
             if not mark.exists():
                 continue
-            slices = {**region.slices, REGION: slice(number, number + 1)}
-            places = {name: _place(one, slices) for name, one in arrays.items()}
             names = [name for name, place in places.items() if not is_sound(name, place)]
             if names:
                 files = [mark, *(_file(arrays[name], places[name]) for name in names)]
@@ -201,11 +188,14 @@ def _words(damaged: Mapping[str, object]) -> str:
 
 def _is_whole(array: zarr.Array) -> bool:
     """Whether all chunks of an array are there and undamaged."""
-    return all(_is_sound(array, place) for place in product(*map(range, array.cdata_shape)))
+    return all(_is_sound(array, place) for place in np.ndindex(array.cdata_shape))
 
 
 def _is_sound(array: zarr.Array, place: Place) -> bool:
-    """Whether a chunk is there, with the checksum that it holds and as many bytes as it shall."""
+    """Whether a chunk is there, with the checksum that it holds and as many bytes as it shall.
+
+    Zarr would decompress each chunk to find the same: from two times to fifteen times as long.
+    """
     size = _chunk_bytes(array)
     try:
         data = read_bytes("path", _file(array, place), _HEADER + size + _CHECKSUM)
@@ -218,12 +208,6 @@ def _is_sound(array: zarr.Array, place: Place) -> bool:
 
 def _file(array: zarr.Array, place: Place) -> Path:
     return Path(array.store.root, array.path, array.metadata.encode_chunk_key(place))
-
-
-def _place(array: zarr.Array, slices: Mapping[str, slice]) -> Place:
-    """The chunk of an array that holds the region with these slices."""
-    pairs = zip(_dims(array), array.chunks, strict=True)
-    return tuple(slices[dim].start // n if dim in slices else 0 for dim, n in pairs)
 
 
 def _dims(array: zarr.Array) -> tuple[str, ...]:
@@ -340,13 +324,11 @@ class Store:
             _create_array(group, name, *array)
         self._write_axes(group)
         if about:
-            context = group.create_group(CONTEXT)
-            context.create_array(
+            group.create_group(CONTEXT).create_array(
                 BYTES, data=packed, attributes={"arrays": about}, compressors=COMPRESSORS,
                 config=_ALL_CHUNKS,
             )  # fmt: skip
-            context.attrs[DIGESTS] = digests_of(draft / CONTEXT)
-        group.attrs[DIGESTS] = digests_of(draft)
+        group.attrs[DIGEST] = metadata_digest(draft)
         draft.rename(self.path)
         return zarr.open_group(str(self.path), mode="r+")
 
@@ -484,7 +466,7 @@ def open_result(path: str | Path) -> xr.Dataset:
 def opened(path: Path) -> xr.Dataset:
     """Open a store that was checked."""
     result = xr.open_zarr(str(path), consolidated=False, chunks=None)
-    for name in (DIGESTS, REGIONS):
+    for name in (DIGEST, REGIONS):
         result.attrs.pop(name, None)
     return result
 

@@ -21,7 +21,7 @@ import xarray as xr
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.study import Study, open_result, run
-from bouncing_disk_ros.study.store import DIGESTS, REGIONS, digests_of
+from bouncing_disk_ros.study.store import DIGEST, REGIONS, metadata_digest
 from support.studies import Products
 
 Change = Callable[[Path], object]
@@ -109,7 +109,7 @@ def _edit(file: str, change: Callable[[dict[str, Any]], object], *, reseal: bool
         (path / file).write_text(json.dumps(metadata))
         if reseal:
             root = json.loads((path / "zarr.json").read_text())
-            root["attributes"][DIGESTS] = digests_of(path)
+            root["attributes"][DIGEST] = metadata_digest(path)
             (path / "zarr.json").write_text(json.dumps(root))
 
     return apply
@@ -199,9 +199,9 @@ HOSTILE: dict[str, tuple[Change, str]] = {
                     REFUSED),
     "attributes a list": (_edit(ROOT, lambda found: found.update(attributes=[]), reseal=False),
                           REFUSED),
-    "no digests": (_edit(ROOT, lambda found: found["attributes"].pop(DIGESTS), reseal=False),
+    "no digests": (_edit(ROOT, lambda found: found["attributes"].pop(DIGEST), reseal=False),
                   REFUSED),
-    "digests a list": (_edit(ROOT, lambda found: found["attributes"].update({DIGESTS: ["."]}),
+    "digests a list": (_edit(ROOT, lambda found: found["attributes"].update({DIGEST: ["."]}),
                             reseal=False), REFUSED),
     "other fill": (_edit(ARRAY, lambda found: found.update(fill_value=1.0), reseal=False), REFUSED),
     "huge shape": (_array(shape=HUGE), REFUSED),
