@@ -6,6 +6,7 @@ a number overflow.
 
 from __future__ import annotations
 
+import csv
 import json
 import math
 import re
@@ -19,7 +20,7 @@ import yaml
 
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.regular_file import read_text
+from bouncing_disk_ros.regular_file import read_bytes
 
 _PARSER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # ten times as fast, where it is
 _OTHER = re.compile(r"[^\[\]{}]+")
@@ -86,6 +87,10 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 # --- tables of text -------------------------------------------------------------------------------
 _COMMA_NUMBER = r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?"
 """A number with a decimal comma, as some spreadsheets write it."""
+_NO_ROW = re.compile(r"#|sep=", re.IGNORECASE)
+"""Comments, and the line in which spreadsheets name their separator."""
+_CONTROLS = re.compile(rb"[\x00-\x08\x0e-\x1f]")
+_UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 _COMMA_NUMBERS = re.compile(rf"{_COMMA_NUMBER}(?:\s+{_COMMA_NUMBER})+")
 
 
@@ -95,24 +100,39 @@ def read_table(
 ) -> tuple[list[str], list[list[str]]]:  # fmt: skip
     """Names of the columns and cells of a text file; lines with # are left out.
 
-    At most `most` bytes and `lines` lines. Lines before names that `is_header` knows are left out.
+    At most `most` bytes and `lines` lines. Lines before names that `is_header` knows are left out,
+    or all before the last one before the numbers where it knows none.
     Cells are separated by semicolons or tabs (then numbers may have decimal commas), else by
     commas, else by blanks, and may have quotes. The first line has names (in small letters then)
-    where it begins with no number; else there are none. InputError, naming `field`.
+    where it begins with no number; else there are none. UTF-8, UTF-16, or a Windows text. Lines of
+    separators alone are empty. InputError, naming `field`.
     """
-    text = read_text(field, path, most).removeprefix("\ufeff")
+    text = _decoded(field, path, read_bytes(field, path, most))
     if (count := text.count("\n")) > lines:
         raise InputError(field, f"{count} lines", f"at most {lines}")
     kept = [line.strip() for line in text.splitlines()]
-    kept = [line for line in kept if line and not line.startswith("#")]
+    kept = [line for line in kept if line.strip(",;\t ") and not _NO_ROW.match(line)]
     heads = []
     for line in kept:
         if number_of(_cells(line)[0]) is not None:
             break
         heads.append(_names(line))
-    start = next((i for i, names in enumerate(heads) if is_header and is_header(names)), 0)
+    last = len(heads) - 1 if is_header and 0 < len(heads) < len(kept) else 0
+    start = next((i for i, names in enumerate(heads) if is_header and is_header(names)), last)
     names = heads[start] if heads else []
     return names, [_cells(line) for line in kept[start + bool(heads) :]]
+
+
+def _decoded(field: str, path: Path, content: bytes) -> str:
+    """The text of a file: UTF-16 with its mark, else UTF-8, else of Windows."""
+    try:
+        if content.startswith(_UTF_16):
+            return content.decode("utf-16")
+        return content.decode().removeprefix("\ufeff")
+    except UnicodeDecodeError as error:
+        if not content.startswith(_UTF_16) and not _CONTROLS.search(content):
+            return content.decode("cp1252", "replace")
+        raise InputError(field, str(path), "a readable text in UTF-8", str(error)) from None
 
 
 def _names(line: str) -> list[str]:
@@ -127,6 +147,9 @@ def _cells(line: str) -> list[str]:
         found = re.split(r"[;\t]" if re.search(r"[;\t]", line) else r"\s+", line)
         bare = [cell.strip("\"' ") for cell in found]
         return [x.replace(",", ".") if re.fullmatch(_COMMA_NUMBER, x) else x for x in bare]
+    if '"' in line and "," in line:
+        quoted = [cell.strip() for cell in next(csv.reader([line], skipinitialspace=True))]
+        return [x.replace(",", ".") if re.fullmatch(_COMMA_NUMBER, x) else x for x in quoted]
     found = line.split(",") if "," in line else line.split()
     return [cell.strip("\"' ") for cell in found]
 

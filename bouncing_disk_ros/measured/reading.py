@@ -24,14 +24,15 @@ MOST_BYTES = 64 << 20
 """Of a text file."""
 _TEXTS = ("", ".csv", ".txt", ".tsv", ".dat")
 """Ends of names of texts: for them the library of sounds, 0.4 s, is not loaded."""
+_SHEETS = (".xlsx", ".xls", ".ods", ".numbers")
 _TIME_NAMES = ("time", "t", "times", "seconds", "s")
 _UNITS = {
-    1.0: ("s", "sec", "seconds"), 1e-3: ("ms", "msec", "milliseconds"),
+    1.0: ("s", "sec", "second", "seconds"), 1e-3: ("ms", "msec", "milliseconds"),
     1e-6: ("us", "\u00b5s", "\u03bcs", "microseconds"),
 }  # fmt: skip
 _WORDS = "|".join(word for words in _UNITS.values() for word in words)
-_UNIT = re.compile(rf"(?:(.*?)(?:[\s_]+|\s*[(\[/]\s*))?({_WORDS})\s*[)\]]?")
-"""Of a column: time_ms, t (ms), t/ms, ms."""
+_UNIT = re.compile(rf"(?:(.*?)(?:\s+in\s+|[\s_]+|\s*[(\[/]\s*))?({_WORDS})\s*[)\]]?")
+"""Of a column: time_ms, t (ms), t/ms, t in ms, ms."""
 _INCREASING = "increasing times in seconds"
 
 
@@ -55,7 +56,8 @@ def recording_of(
     """The impacts of an array, a text file, a sound file or a bag.
 
     `column`: of a text file, its name or its number from 1 on; default: a column called time or t,
-    else the first. Errors are taken from a column called error.
+    else the first with a unit of time, else the first that does not number the lines. Errors are
+    taken from a column called error.
     """
     if not isinstance(source, (str, Path)):
         _refuse_idle("a file", column=column, namespace=namespace)
@@ -132,6 +134,9 @@ def checked_errors(given: ArrayLike, times: Array, field: str = "errors") -> Arr
 
 # --- text -----------------------------------------------------------------------------------------
 def _from_text(path: Path, column: str) -> Recording:
+    if path.suffix.lower() in _SHEETS:
+        hint = "Save the sheet as a CSV file."
+        raise InputError("recording", path.name, "a text, a sound or a bag", hint)
     known = {column.lower(), *_TIME_NAMES}
     named, table = read_table(
         "recording", path, MOST_BYTES, 2 * MOST_IMPACTS,
@@ -145,8 +150,14 @@ def _from_text(path: Path, column: str) -> Recording:
             hint = "The comma may be a decimal sign, or may separate two columns."
             raise InputError("recording", f"{','.join(table[0])} in {path.name}", allowed, hint)
         table = [[".".join(cells)] for cells in table]
+    if table and len(table[0]) == 1 < len(named):  # blanks in a name
+        named = [" ".join(named)]
+    if table and len(table[0]) == len(named) and all(number_of(x) is None for x in table[0]):
+        with_units = [f"{name} {unit.lower()}" for name, unit in zip(named, table[0], strict=True)]
+        if any(map(_UNIT.fullmatch, with_units)):  # a line of units below that of names
+            named, table = with_units, table[1:]
     names, units = [_without_unit(name) for name in named], [_unit(name) for name in named]
-    place = _place(column, named, names, len(table[0]) if table else len(names))
+    place = _place(column, named, names, table)
     times, decimals = _column(path, table, place)
     unit = units[place] if place < len(units) else 1.0
     errors = None
@@ -172,8 +183,9 @@ def _unit(name: str) -> float:
     return next(unit for unit, words in _UNITS.items() if found[2] in words) if found else 1.0
 
 
-def _place(column: str, named: list[str], names: list[str], count: int) -> int:
+def _place(column: str, named: list[str], names: list[str], table: list[list[str]]) -> int:
     """The place of the column that is asked for; `names`: without units."""
+    count = len(table[0]) if table else len(names)
     if column.isdecimal():
         if 1 <= int(column) <= count:
             return int(column) - 1
@@ -184,7 +196,14 @@ def _place(column: str, named: list[str], names: list[str], count: int) -> int:
                 return each.index(column.lower())
         allowed = ", ".join(named) if named else f"a number from 1 to {count}: no names here"
         raise InputError("column", column, allowed, closest(column.lower(), named))
-    return next((names.index(name) for name in _TIME_NAMES if name in names), 0)
+    known = [names.index(name) for name in _TIME_NAMES if name in names]
+    known += [i for i, name in enumerate(named) if _UNIT.fullmatch(name) and names[i] != "error"]
+    return known[0] if known else int(count > 1 and _is_count([cells[0] for cells in table]))
+
+
+def _is_count(cells: list[str]) -> bool:
+    """Whether these are 0, 1, 2 ... or 1, 2, 3 ..., the numbers of lines."""
+    return any(cells == [str(first + i) for i in range(len(cells))] for first in (0, 1))
 
 
 def _column(path: Path, table: list[list[str]], place: int) -> tuple[Array, int]:

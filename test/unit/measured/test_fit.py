@@ -723,6 +723,13 @@ def test_the_amplitude_is_positive() -> None:
         "time\n0,3000\n0,7500\n1,0875\n1,3406\n",
         "0,3000 0,1\n0,7500 0,2\n1,0875 0,3\n1,3406 0,4\n",
         "{0:.4f}\t{0:.4f}\thit, 1\n{1:.4f}\t{1:.4f}\t2\n{2:.4f}\t\t3\n{3:.4f}\t\t4\n",
+        "sep=;\r\nNr.;Zeit [ms]\r\n0;300,0\r\n1;750,0\r\n2;1087,5\r\n3;1340,6\r\n;\r\n\r\n",
+        "Versuch 3\n12.05.2024\n\nt in ms;U in V\n{4:.1f};1\n{5:.1f};2\n{6:.1f};3\n{7:.1f};4\n",
+        "level,time\n(V),(ms)\n1,{4:.1f}\n2,{5:.1f}\n3,{6:.1f}\n4,{7:.1f}\n",
+        "Source,CH1\nSecond,Volt\n{0:.4f},1\n{1:.4f},2\n{2:.4f},3\n{3:.4f},4\n,\n",
+        "Time in ms\n{4:.1f}\n{5:.1f}\n{6:.1f}\n{7:.1f}\n",
+        '"time","level"\n"0,3000","1,0"\n"0,7500","2,0"\n"1,0875","3,0"\n"1,3406","4,0"\n',
+        "Nr.;Zeit\n1;0,3000\n2;0,7500\n3;1,0875\n4;1,3406\n",
     ],
 )
 def test_a_text_is_read_as_spreadsheets_and_editors_of_sounds_write_it(
@@ -730,7 +737,8 @@ def test_a_text_is_read_as_spreadsheets_and_editors_of_sounds_write_it(
 ) -> None:
     """Seconds or milliseconds, decimal commas, a byte order mark: the same times and half digit.
 
-    Milliseconds were read as seconds, the first time of a text with a mark as a name.
+    Milliseconds were read as seconds, the first time of a text with a mark as a name, numbers of
+    lines as times.
     """
     times = np.array([0.3, 0.75, 1.0875, 1.3406])
     file = tmp_path / "times.csv"
@@ -738,6 +746,17 @@ def test_a_text_is_read_as_spreadsheets_and_editors_of_sounds_write_it(
     read = recording_of(file)
     assert read.times == pytest.approx(times, abs=1e-12)
     assert read.resolution == pytest.approx(5e-5)
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "cp1252"])
+def test_a_text_of_a_spreadsheet_may_have_its_encoding(tmp_path: Path, encoding: str) -> None:
+    """UTF-16 and that of Windows were refused; a spreadsheet itself is, with the way out."""
+    file = tmp_path / "times.csv"
+    file.write_bytes("Höhe;Zeit (µs)\r\n1;300000\r\n2;750000\r\n3;1087500\r\n".encode(encoding))
+    assert recording_of(file).times == pytest.approx([0.3, 0.75, 1.0875], abs=1e-12)
+    (tmp_path / "times.xlsx").write_bytes(b"PK\x03\x04")
+    with pytest.raises(InputError, match="Save the sheet as a CSV file"):
+        recording_of(tmp_path / "times.xlsx")
 
 
 def test_errors_are_read_with_their_unit(tmp_path: Path) -> None:
