@@ -30,11 +30,11 @@ from bouncing_disk_ros.ros.from_messages import (
     msg_to_speed,
     time_to_ns,
 )
-from bouncing_disk_ros.ros.loss import Gaps
 from bouncing_disk_ros.run.input_records import Record, from_json
 from bouncing_disk_ros.run.recorded_motions import RecordedMotions
 from bouncing_disk_ros.run.recorded_trajectories import RecordedTrajectories
 from bouncing_disk_ros.run.time_map import TimeMap
+from bouncing_disk_ros.running_numbers import Gaps
 from bouncing_disk_ros.units import NS
 
 _SHOWN = 100

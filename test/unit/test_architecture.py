@@ -19,7 +19,7 @@ TABLES = {
     "angles", "animation", "bounded", "colours", "errors",
     "executables", "field_checks", "matplotlib_figures", "folders", "help_text", "impact_layout",
     "kernel_cache", "limits", "parameters", "parsing", "public_names", "regular_file",
-    "side_window", "sliders", "topics", "units",
+    "running_numbers", "side_window", "sliders", "topics", "units",
 }  # fmt: skip
 #: folder of the base -> the folders it may import. A new folder must be entered here or below.
 BASE = {
