@@ -17,10 +17,10 @@ from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.report import impact_text
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
-from bouncing_disk_ros.ros.loss import Gaps
 from bouncing_disk_ros.ros.node_tool import options, wait_for
 from bouncing_disk_ros.ros.qos import subscription_to
 from bouncing_disk_ros.run.throttled_log import RefusalLog
+from bouncing_disk_ros.running_numbers import Gaps
 
 PAGE = 40
 """Rows after which the heading is repeated."""

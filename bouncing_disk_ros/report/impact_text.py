@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind
-from bouncing_disk_ros.ros.loss import Gaps
+from bouncing_disk_ros.running_numbers import Gaps
 
 _COLUMNS = (
     # title, unit, width, format of the value

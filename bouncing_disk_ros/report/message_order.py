@@ -10,7 +10,7 @@ from enum import Enum
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag.reader import Message
 from bouncing_disk_ros.report.run_record_builder import Count
-from bouncing_disk_ros.ros.loss import UNKNOWN, UNNUMBERED, Gaps
+from bouncing_disk_ros.running_numbers import UNKNOWN, UNNUMBERED, Gaps
 from bouncing_disk_ros.units import NS
 
 WINDOW_NS = NS

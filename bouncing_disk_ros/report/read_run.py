@@ -37,7 +37,7 @@ from bouncing_disk_ros.report.run_record import (
     TopicCount,
 )
 from bouncing_disk_ros.report.run_record_builder import Parsed, RunRecordBuilder
-from bouncing_disk_ros.ros.loss import UNKNOWN
+from bouncing_disk_ros.running_numbers import UNKNOWN
 from bouncing_disk_ros.topics import TOPICS
 from bouncing_disk_ros.units import NS
 

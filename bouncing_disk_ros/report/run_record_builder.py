@@ -30,11 +30,10 @@ from bouncing_disk_ros.ros.from_messages import (
     msg_to_speed,
     time_to_ns,
 )
-from bouncing_disk_ros.ros.loss import Gaps
 from bouncing_disk_ros.run.input_records import Record, from_json
-from bouncing_disk_ros.run.recorded_motions import RecordedMotions
-from bouncing_disk_ros.run.recorded_trajectories import RecordedTrajectories
+from bouncing_disk_ros.run.recorded_schedule import RecordedSchedule
 from bouncing_disk_ros.run.time_map import TimeMap
+from bouncing_disk_ros.running_numbers import Gaps
 from bouncing_disk_ros.units import NS
 
 _SHOWN = 100
@@ -163,15 +162,14 @@ class RunRecordBuilder(TopicReader):
         self.record = record
         self.phase = ""
         self._index_gaps = Gaps()
-        self._trajectories = RecordedTrajectories(record.offsets)
-        self._motions = RecordedMotions(record.motions)
+        self._schedule = RecordedSchedule(record.motions, record.offsets)
         self._index, self._last = -1, 0.0  # of the newest record of inputs, and its time
         self._heard: MotionInForce | None = None  # the newest on platform/motion
         self._anchor: tuple[int, int] | None = None  # simulated ns and stamp of platform/motion
         self._takers: Mapping[str, Callable[[Parsed], None]] = {
             "disk/inputs": lambda parsed: self._take_record(parsed.value),
             "platform/motion": self._take_motion,
-            "platform/offset": lambda _: self._trajectories.note_offset(),
+            "platform/offset": lambda _: self._schedule.note_offset(),
             "disk/phase": self._take_phase,
             "disk/impacts": self._take_impacts,
             "disk/rotor_speed": self._take_speed,
@@ -217,7 +215,7 @@ class RunRecordBuilder(TopicReader):
             self.record.untimed += 1
             return None
         now = self._line.to_simulated(stamp_ns)
-        self._motions.reach(now)
+        self._schedule.reach(now)
         return now / NS
 
     def _take_motion(self, parsed: Parsed) -> None:
@@ -225,7 +223,7 @@ class RunRecordBuilder(TopicReader):
         self._heard = motion
         self._anchor = motion.begin_ns, parsed.stamp_ns
         self._line = self._through(*self._anchor, self._factor)
-        self._motions.reach(motion.begin_ns)
+        self._schedule.reach(motion.begin_ns)
         motions = self.record.motions
         if not self.record.known and (not motions or motions[-1] != motion):
             motions.append(motion)  # else disk/inputs has all of them
@@ -251,7 +249,7 @@ class RunRecordBuilder(TopicReader):
         Each change of the line shows on platform/motion. Without it the impacts give the line, and
         without disk/inputs they give the factor.
         """
-        self._motions.reach(last_ns)
+        self._schedule.reach(last_ns)
         if self._anchor is None:
             self._line = self._through(last_ns, stamp_ns, self._factor)
         elif self._factor is None and (passed := stamp_ns - self._anchor[1]) > 0:
@@ -277,18 +275,18 @@ class RunRecordBuilder(TopicReader):
             self._forget()
         self._index = record["index"]
         self.record.inputs += kind not in ("snapshot", "pause")
-        self._motions.reach(record["time_ns"])
+        self._schedule.reach(record["time_ns"])
         match kind:
             case "snapshot":
                 self._take_snapshot(time, record)
             case "motion":
-                self._motions.take_motion(record)
+                self._schedule.take_motion(record)
             case "parameters":
                 self._take_parameters(time, record)
             case "impulse":
                 self._take_impulse(*(record[name] for name in _IMPULSE))
             case "trajectory":
-                self._trajectories.take_trajectory(record)
+                self._schedule.take_trajectory(record)
             case "pause":
                 self._break_line(time)
             case "reset":
@@ -297,20 +295,17 @@ class RunRecordBuilder(TopicReader):
 
     def _forget(self) -> None:
         """Records are missing: nothing is known up to the next snapshot."""
-        self._trajectories.forget(round(self._last * NS))
-        if self._motions.is_known:
-            self._motions.forget()
+        if self._schedule.is_known:
             self.record.known[-1] = self.record.known[-1][0], self._last
+        self._schedule.forget(round(self._last * NS))
 
     def _take_snapshot(self, time: float, record: Record) -> None:
         self._take_values(record["parameters"])
         self._take_disk(time, record["parameters"])
-        self._trajectories.take_snapshot(record)
-        if not self._motions.is_known:
-            if not self.record.known:
-                self.record.motions.clear()  # those of platform/motion, which may lack some
-            for impulse in self._motions.take_snapshot(record):
-                self._take_impulse(*impulse)
+        was_known = self._schedule.is_known
+        for impulse in self._schedule.take_snapshot(record):
+            self._take_impulse(*impulse)
+        if not was_known:
             self.record.known.append((time, math.inf))
 
     def _take_parameters(self, time: float, record: Record) -> None:
@@ -334,8 +329,7 @@ class RunRecordBuilder(TopicReader):
         """Take a reset: impulses that lie ahead never act."""
         acted = [one for one in self.record.changes if one.time <= time]
         self.record.changes[:] = [*acted, Change(time, "reset")]
-        self._motions.take_reset(record)
-        self._trajectories.take_reset(record["time_ns"])
+        self._schedule.take_reset(record)
 
     def _take_disk(self, time: float, values: Mapping[str, Any]) -> bool:
         """Whether the disk is another one than before."""
@@ -348,7 +342,7 @@ class RunRecordBuilder(TopicReader):
 
     # --- diagnostics ------------------------------------------------------------------------------
     def _take_health(self, parsed: Parsed) -> None:
-        self._motions.reach(round(parsed.value.simulated * NS))
+        self._schedule.reach(round(parsed.value.simulated * NS))
         self.record.health.append(parsed.value)
 
 

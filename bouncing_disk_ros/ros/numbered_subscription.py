@@ -15,8 +15,8 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
-from bouncing_disk_ros.ros.loss import Gids, MessageLoss
 from bouncing_disk_ros.ros.qos import subscription_to
+from bouncing_disk_ros.running_numbers import Gids, MessageLoss
 from bouncing_disk_ros.topics import Qos, Topic
 
 _TWO_ARGUMENTS = inspect.Signature(

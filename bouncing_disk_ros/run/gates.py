@@ -9,8 +9,9 @@ docs/closed_loops.md has the same table with what ends each. Knows neither ROS n
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -18,6 +19,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import COMMAND_BYTES, GATE_BYTES, GATE_INPUTS
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.time_map import nanoseconds
+from bouncing_disk_ros.running_numbers import Publishers
 
 FIELD = "~/proceed"
 
@@ -51,60 +53,32 @@ class HeldInput(NamedTuple):
     is_first: bool = False  # of its publisher
 
 
-class Streams:
-    """Tells the publishers of a topic apart by the numbers that each gives its messages.
+@dataclass
+class Controller:
+    """Which publisher of ~/proceed speaks for a controller, and its answer to the open gate."""
 
-    The middleware does not say who has published a message, but each publisher counts its own from
-    1 on: a number that continues no known count is the first of another publisher.
-    """
+    publisher: int | None = None
+    former: set[int] = field(default_factory=set)  # publishers that spoke for it before
+    inputs: int | None = None  # that it has announced; None: it has not answered
+    is_restarted: bool = False  # since the last gate was closed
+    doubled: int = 0  # publishers when two of them answered by turns; 0: they did not
 
-    def __init__(self) -> None:
-        self._next: Counter[int] = Counter()
-
-    def is_first(self, number: int) -> bool:
-        """Take a message; whether it is the first of its publisher."""
-        known = self._next[number] > 0
-        self._next[number] -= known
-        self._next[number + 1] += 1
-        return not known
-
-
-class Voices:
-    """Which publisher speaks for each controller, by the numbers of the messages on ~/proceed."""
-
-    def __init__(self) -> None:
-        self._next: list[int] = []  # of each publisher
-        self._current: dict[int, int] = {}  # the publisher by controller
-        self._former: dict[int, set[int]] = {}
-
-    def hear(self, controller: int, number: int) -> tuple[bool, bool]:
-        """Take an answer; whether its publisher is another than before, and spoke earlier."""
-        current = self._current.get(controller)
-        former = self._former.setdefault(controller, set())
-        order = ([] if current is None else [current], former, range(len(self._next)))
-        found = next((one for some in order for one in some if self._next[one] == number), None)
-        if found is None:
-            found = len(self._next)
-            self._next.append(number)
-        self._next[found] += 1
-        if found == current:
+    def hear(self, publisher: int) -> tuple[bool, bool]:
+        """Take a publisher; whether it is another one than before, and spoke earlier."""
+        before = self.publisher
+        if publisher == before:
             return False, False
-        again = found in former
-        former.discard(found)
-        if current is not None:
-            former.add(current)
-        self._current[controller] = found
-        return current is not None, again
+        spoke_before = publisher in self.former
+        self.former.discard(publisher)
+        if before is not None:
+            self.former.add(before)
+        self.publisher = publisher
+        return before is not None, spoke_before
 
-    def forget(self, controller: int) -> None:
-        """Let any publisher speak for the controller."""
-        self._current.pop(controller, None)
-        self._former.pop(controller, None)
-
-    @property
-    def count(self) -> int:
-        """How many publishers speak for controllers now."""
-        return len(set(self._current.values()))
+    def ask_again(self) -> None:
+        """Forget who has spoken, and the answer."""
+        self.publisher, self.inputs, self.doubled = None, None, 0
+        self.former.clear()
 
 
 class Gates:
@@ -123,20 +97,17 @@ class Gates:
         `publishers` counts those of ~/proceed. `announce` tells controllers the number of a gate,
         its simulated time (ns) and rows. `warn` is told what time waits for too long.
         """
-        self.controllers, self.timeout_ns = frozenset(controllers), timeout_ns
+        self.timeout_ns = timeout_ns
         self.number, self.rows, self._time_ns = -1, 0, 0
         self.is_open = False
         self._publishers, self._announce, self._warn = publishers, announce, warn
         self._opened_ns = self._asked_ns = 0
-        self._answers: dict[int, int] = {}
+        self._controllers = {number: Controller() for number in sorted(controllers)}
         self._announced_before = 0  # at gates that the open one has replaced
         self._inputs: list[HeldInput] = []
         self._bytes = 0  # of them
         self._refused = 0  # inputs that have come and were refused
-        self._streams: dict[str, Streams] = {}
-        self._voices = Voices()
-        self._restarted: set[int] = set()  # controllers, since the last gate was closed
-        self._doubled: dict[int, int] = {}  # by controller: publishers when it was noticed
+        self._senders: defaultdict[str, Publishers] = defaultdict(Publishers)  # by topic
         self._reported: set[State] = set()
 
     # --- the simulator opens and closes -----------------------------------------------------------
@@ -149,10 +120,12 @@ class Gates:
         have come between gates belong to it.
         """
         if self.is_open:
-            self._announced_before += sum(self._answers.values())
+            self._announced_before = self._announced
         self.number, self.rows, self._time_ns = self.number + 1, rows, time_ns
         self.is_open, self._opened_ns, self._asked_ns = True, now_ns, now_ns
-        self._answers, self._reported = {}, set()
+        self._reported = set()
+        for controller in self._controllers.values():
+            controller.inputs = None
         self._announce(self.number, time_ns, rows)
         return self.number
 
@@ -171,7 +144,9 @@ class Gates:
     def close(self) -> list[HeldInput]:
         """Close the gate; its inputs in the order in which they are to act."""
         inputs = self.drop()
-        self.is_open, self._restarted = False, set()
+        self.is_open = False
+        for controller in self._controllers.values():
+            controller.is_restarted = False
         self._announced_before = self._refused = 0
         return inputs
 
@@ -182,7 +157,8 @@ class Gates:
         what they say.
         """
         inputs, self._inputs, self._bytes = self._inputs, [], 0
-        each_one = not self._announced_before and max(self._answers.values(), default=2) == 1
+        answers = [one.inputs for one in self._controllers.values() if one.inputs is not None]
+        each_one = not self._announced_before and max(answers, default=2) == 1
         turns = {
             topic: {} if each_one else _turns(inputs, topic) for topic in {i.topic for i in inputs}
         }
@@ -207,34 +183,35 @@ class Gates:
         given = list(values)
         if len(given) != 3:
             raise InputError(FIELD, given[:10], "controller, gate and number of inputs")
-        controller, gate, inputs = given
-        if controller not in self.controllers:
-            listed = ", ".join(map(str, sorted(self.controllers)))
-            raise InputError(
-                f"{FIELD} controller", controller, f"one in lockstep_controllers: {listed}"
-            )
+        name, gate, inputs = given
+        controller = self._controllers.get(name)
+        if controller is None:
+            listed = ", ".join(map(str, self._controllers))
+            raise InputError(f"{FIELD} controller", name, f"one in lockstep_controllers: {listed}")
         is_new = number is not None and self._is_new(controller, number)
         self._check(controller, gate, inputs)
         if gate != self.number or not self.is_open:
             return
-        if is_new:
-            self._restarted.add(controller)
-        if is_new or number is None or controller not in self._answers:
-            self._answers[controller] = inputs
+        controller.is_restarted |= is_new
+        if is_new or number is None or controller.inputs is None:
+            controller.inputs = inputs
 
-    def _is_new(self, controller: int, number: int) -> bool:
+    def _is_new(self, controller: Controller, number: int) -> bool:
         """Whether another publisher than before speaks for a controller; two by turns are noted."""
-        is_new, spoke_before = self._voices.hear(controller, number)
-        if spoke_before and self._publishers() > self._voices.count:
-            self._doubled.setdefault(controller, self._publishers())
+        likely = [one for one in (controller.publisher, *controller.former) if one is not None]
+        is_new, spoke_before = controller.hear(self._senders[FIELD].take(number, likely)[0])
+        if spoke_before:
+            speakers = {one.publisher for one in self._controllers.values()} - {None}
+            if self._publishers() > len(speakers):
+                controller.doubled = controller.doubled or self._publishers()
         return is_new
 
-    def _check(self, controller: int, gate: int, inputs: int) -> None:
+    def _check(self, controller: Controller, gate: int, inputs: int) -> None:
         """InputError for an answer that can never come true."""
         if gate > self.number:
             raise InputError(f"{FIELD} gate", gate, f"at most {self.number}, the newest")
-        others = {**self._answers, controller: 0} if gate == self.number else {}
-        most = GATE_INPUTS - self._announced_before - sum(others.values())
+        here = self._announced - (controller.inputs or 0)
+        most = GATE_INPUTS - (here if gate == self.number else self._announced_before)
         if inputs > most:
             allowed = f"at most {most}: {GATE_INPUTS} of all controllers at one gate"
             raise InputError(f"{FIELD} inputs", inputs, allowed)
@@ -244,8 +221,7 @@ class Gates:
 
         InputError for one beyond the limits, which is not kept, and counts as one that has come.
         """
-        stream = self._streams.setdefault(topic, Streams())
-        is_first = number is not None and stream.is_first(number)
+        is_first = number is not None and self._senders[topic].take(number)[1]
         for given, most, unit in (
             (len(data), COMMAND_BYTES, "bytes"),
             (len(self._inputs) + 1, GATE_INPUTS, "inputs at one gate"),
@@ -261,7 +237,7 @@ class Gates:
     # --- what time waits for ----------------------------------------------------------------------
     @property
     def _announced(self) -> int:
-        return self._announced_before + sum(self._answers.values())
+        return self._announced_before + sum(one.inputs or 0 for one in self._controllers.values())
 
     @property
     def _come(self) -> int:
@@ -272,9 +248,9 @@ class Gates:
         """What simulated time waits for."""
         if not self.is_open:
             return State.MOVING
-        if self._doubled:
+        if any(one.doubled for one in self._controllers.values()):
             return State.DOUBLED
-        if not self._answers.keys() >= self.controllers:
+        if any(one.inputs is None for one in self._controllers.values()):
             return State.ASKED
         if self._come != self._announced:
             return State.COUNTING if self._come < self._announced else State.SURPLUS
@@ -291,11 +267,11 @@ class Gates:
         Its successor's inputs came after them. Where other controllers have sent inputs too, those
         are meant that lie before the first of a new publisher on their topic, if they are as many.
         """
-        if self.state is not State.SURPLUS or not self._restarted:
+        restarted = [one for one in self._controllers.values() if one.is_restarted]
+        if self.state is not State.SURPLUS or not restarted:
             return []
         surplus = self._come - self._announced
-        successors = sum(self._answers[one] for one in self._restarted)
-        if self._announced == successors:
+        if self._announced == sum(one.inputs or 0 for one in restarted):
             older = list(range(min(surplus, len(self._inputs))))
         else:
             firsts = {one.topic: k for k, one in enumerate(self._inputs) if one.is_first}
@@ -313,11 +289,10 @@ class Gates:
         An answer may have been lost before its publisher was matched; of two that answered as one
         controller one may have left.
         """
-        left = [one for one, count in self._doubled.items() if self._publishers() < count]
+        doubled = [one for one in self._controllers.values() if one.doubled]
+        left = [one for one in doubled if self._publishers() < one.doubled]
         for controller in left:
-            del self._doubled[controller]
-            self._answers.pop(controller, None)
-            self._voices.forget(controller)
+            controller.ask_again()
         waited = now_ns - self._asked_ns >= self.timeout_ns
         if left or (waited and self.state is State.ASKED):
             self._asked_ns = now_ns
@@ -344,9 +319,10 @@ class Gates:
     @property
     def waiting(self) -> str:
         """What simulated time waits for, in words; nothing while it moves."""
-        come, announced, senders = self._come, self._announced, self._senders()
-        missing = _controllers(self.controllers - self._answers.keys())
-        doubled = _controllers(self._doubled)
+        come, announced, known = self._come, self._announced, self._controllers.items()
+        senders = _controllers([name for name, one in known if one.inputs] or self._controllers)
+        missing = _controllers(name for name, one in known if one.inputs is None)
+        doubled = _controllers(name for name, one in known if one.doubled)
         words = {
             State.ASKED: f"no answer of {missing}",
             State.COUNTING: f"{come} of {announced} inputs of {senders} have come",
@@ -356,13 +332,9 @@ class Gates:
         }.get(self.state)
         return f"gate {self.number}: {words}" if words else ""
 
-    def _senders(self) -> str:
-        senders = {one for one, inputs in self._answers.items() if inputs}
-        return _controllers(senders or self.controllers)
-
 
 def _controllers(numbers: Iterable[int]) -> str:
-    listed = [str(number) for number in sorted(numbers)]
+    listed = [*map(str, numbers)]
     if len(listed) < 2:
         return f"controller {''.join(listed)}"
     return f"controllers {', '.join(listed[:-1])} and {listed[-1]}"

@@ -19,7 +19,7 @@ TABLES = {
     "angles", "animation", "bounded", "colours", "distributions", "errors",
     "executables", "field_checks", "matplotlib_figures", "folders", "help_text", "impact_layout",
     "kernel_cache", "limits", "parameters", "parsing", "public_names", "regular_file",
-    "scalar_search", "side_window", "sliders", "topics", "units",
+    "running_numbers", "scalar_search", "side_window", "sliders", "topics", "units",
 }  # fmt: skip
 #: folder of the base -> the folders it may import. A new folder must be entered here or below.
 BASE = {

@@ -24,9 +24,9 @@ from bouncing_disk_ros.bag import OfferedQos
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
-from bouncing_disk_ros.ros.loss import UNKNOWN, Gaps, Gids, MessageLoss
 from bouncing_disk_ros.ros.qos import message_class, profile_of
 from bouncing_disk_ros.run.input_records import from_json
+from bouncing_disk_ros.running_numbers import UNKNOWN, Gaps, Gids, MessageLoss
 from bouncing_disk_ros.topics import Qos
 from bouncing_disk_ros.units import NS
 

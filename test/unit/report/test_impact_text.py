@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind
 from bouncing_disk_ros.report import impact_text
-from bouncing_disk_ros.ros.loss import Gaps
+from bouncing_disk_ros.running_numbers import Gaps
 
 
 def some_rows(indices: list[int]) -> NDArray[np.void]:

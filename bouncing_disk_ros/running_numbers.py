@@ -1,8 +1,12 @@
-"""Counts of lost messages and rows: gaps in a number that grows by one with each of them."""
+"""Running numbers of messages and rows: what is missing, and who has published a message.
+
+A publisher numbers its messages from 1 on. The middleware does not say whose a message is.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from itertools import chain
 
 Gids = frozenset[bytes]
 """The identities of the publishers of a topic."""
@@ -33,6 +37,27 @@ class Gaps:
     def restart(self) -> None:
         """After a pause: the next number is a first one."""
         self.next = None
+
+
+class Publishers:
+    """The publishers of a topic, told apart by the number that each gives its next message."""
+
+    def __init__(self) -> None:
+        self._next: list[int] = []  # of each publisher
+
+    def take(self, number: int, likely: Iterable[int] = ()) -> tuple[int, bool]:
+        """A message came with this number: the index of its publisher, and whether that is new.
+
+        New is a publisher whose number continues no count. `likely`: those that are meant where the
+        counts of several have come as far.
+        """
+        places = chain(likely, range(len(self._next)))
+        found = next((one for one in places if self._next[one] == number), None)
+        if found is None:
+            self._next.append(number + 1)
+            return len(self._next) - 1, True
+        self._next[found] += 1
+        return found, False
 
 
 class MessageLoss(Gaps):

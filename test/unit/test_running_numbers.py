@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bouncing_disk_ros.ros.loss import Gaps, MessageLoss
+from bouncing_disk_ros.running_numbers import Gaps, MessageLoss, Publishers
 
 A, B = frozenset([b"a"]), frozenset([b"b"])
 
@@ -86,3 +86,13 @@ def test_rows_are_counted_by_their_index() -> None:
     rows.restart()
     assert rows.take(100) == 0
     assert rows.lost == 3
+
+
+def test_publishers_of_a_topic_are_told_apart_by_their_counts() -> None:
+    known = Publishers()
+    assert [known.take(number) for number in (1, 2, 1, 3, 2)] == [
+        (0, True), (0, False), (1, True), (0, False), (1, False),
+    ]  # fmt: skip
+    known.take(3)
+    assert known.take(4, [1]) == (1, False)  # the next one of either
+    assert known.take(9) == (2, True)
