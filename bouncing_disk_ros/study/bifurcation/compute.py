@@ -47,6 +47,7 @@ from bouncing_disk_ros.study.computation import (
     Field,
     Region,
     Study,
+    variable,
 )
 
 ONSET_IMPACTS = 100_000
@@ -66,14 +67,6 @@ class Bifurcation(Study):
 
     name: ClassVar[str] = "bifurcation"
     title: ClassVar[str] = "Bifurcation diagram of the next-collision map"
-    added: ClassVar[Mapping[str, tuple[str, str]]] = {
-        "contact_onset": ("1", "value of the parameter where contact was first seen"),
-        "contact_onset_without": ("1", "last value of the parameter before it, without contact"),
-        "contact_onset_exponent": ("1", "Lyapunov exponent at the last value without contact"),
-        "doubling": ("1", "value of the parameter at a period doubling"),
-        "doubling_impacts": ("1", "impacts in one repetition below the doubling"),
-        "feigenbaum_ratio": ("1", "ratio of the distances of successive doublings"),
-    }
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
@@ -231,14 +224,23 @@ class Bifurcation(Study):
         ratios = feigenbaum_ratios(values) if len(values) > 2 else np.empty(0)
         return result.assign(
             {
-                "doubling": ("doubling_number", np.array(values)),
-                "doubling_impacts": ("doubling_number", [point.impacts for point in points]),
-                "feigenbaum_ratio": ("ratio_number", np.asarray(ratios)),
+                "doubling": variable(
+                    "doubling_number", np.array(values), "1",
+                    "value of the parameter at a period doubling",
+                ),
+                "doubling_impacts": variable(
+                    "doubling_number", [point.impacts for point in points], "1",
+                    "impacts in one repetition below the doubling",
+                ),
+                "feigenbaum_ratio": variable(
+                    "ratio_number", np.asarray(ratios), "1",
+                    "ratio of the distances of successive doublings",
+                ),
                 **self._onset(result),
             }
-        )
+        )  # fmt: skip
 
-    def _onset(self, result: xr.Dataset) -> dict[str, object]:
+    def _onset(self, result: xr.Dataset) -> dict[str, xr.Variable]:
         """Where the attractor that is followed along Γ or ε first comes to contact, if it does."""
         if self._starts or self.axis not in ("axial_forcing", "restitution"):
             return {}
@@ -252,10 +254,10 @@ class Bifurcation(Study):
         seen = f"in {ONSET_IMPACTS} impacts of the attractor followed"
         exponent = result["lyapunov_exponent"].values[last]
         return {
-            "contact_onset": ((), found.value, {"long_name": f"first contact {seen}"}),
-            "contact_onset_without": ((), found.without, {"long_name": f"no contact {seen}"}),
-            "contact_onset_exponent": (
-                (), exponent, {"long_name": "Lyapunov exponent at the value before", "units": "1"}
+            "contact_onset": variable((), found.value, "1", f"first contact {seen}"),
+            "contact_onset_without": variable((), found.without, "1", f"no contact {seen}"),
+            "contact_onset_exponent": variable(
+                (), exponent, "1", "Lyapunov exponent at the value before"
             ),
         }  # fmt: skip
 
