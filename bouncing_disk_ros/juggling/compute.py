@@ -25,7 +25,7 @@ from bouncing_disk_ros.juggling.loop_settings import (
 from bouncing_disk_ros.juggling.target_orbit import OWN, best_phase_lag, orbit_named
 from bouncing_disk_ros.maps.attractors import refuse_conservative
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study, variable
+from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Row, Study, variables
 
 WINDOW, REST = "window", "rest"
 NUMBERS = ("axial_forcing", "restitution_error", "delay", "jitter", "missed", "impulse",
@@ -235,34 +235,25 @@ class Juggling(Study):
         """Part of the starts captured, lost and never captured, and medians, for each case."""
         over, left = ("velocity", "forcing_phase"), ("strategy", "condition")
         verdict, part = result["verdict"], "part of the starts that was"
-
-        def added(values: xr.DataArray, units: str, about: str) -> xr.Variable:
-            return variable(left, values.values, units, about)
-
-        return result.assign(
-            never=added((verdict == 0).mean(over), "1", f"{part} never captured"),
-            captured=added((verdict == 1).mean(over), "1", f"{part} captured"),
-            lost=added((verdict == 2).mean(over), "1", f"{part} captured and lost again"),
-            median_time=added(
-                result["time"].where(verdict == 1).median(over), "2 pi/omega",
-                "median time until the orbit was reached",
-            ),
-            median_rotor_speed=added(
-                result["rotor_speed"].median(over), "omega Phi",
-                "median over the starts of the rotor speed",
-            ),
-            offset_used=added(
-                result["largest_offset"].max(over), "A", "largest offset of all runs"
-            ),
-            acceleration_used=added(
-                result["largest_acceleration"].max(over), "A omega^2",
-                "largest acceleration of the offset of all runs",
-            ),
-            strategy_name=variable("strategy", self.strategies, "1", "name of the strategy"),
-            condition_name=variable(
-                "condition", [one.name for one in self.conditions], "1", "text of the condition"
-            ),
-        )  # fmt: skip
+        median = result["time"].where(verdict == 1).median(over)
+        never, captured, lost = ((verdict == flag).mean(over).values for flag in _FLAGS)
+        rows: dict[str, Row] = {
+            "never": (left, never, "1", f"{part} never captured"),
+            "captured": (left, captured, "1", f"{part} captured"),
+            "lost": (left, lost, "1", f"{part} captured and lost again"),
+            "median_time": (left, median.values, "2 pi/omega",
+                            "median time until the orbit was reached"),
+            "median_rotor_speed": (left, result["rotor_speed"].median(over).values, "omega Phi",
+                                   "median over the starts of the rotor speed"),
+            "offset_used": (left, result["largest_offset"].max(over).values, "A",
+                            "largest offset of all runs"),
+            "acceleration_used": (left, result["largest_acceleration"].max(over).values,
+                                  "A omega^2", "largest acceleration of the offset of all runs"),
+            "strategy_name": ("strategy", self.strategies, "1", "name of the strategy"),
+            "condition_name": ("condition", [one.name for one in self.conditions], "1",
+                               "text of the condition"),
+        }  # fmt: skip
+        return result.assign(variables(rows))
 
 
 def _number(name: str, value: Value, other: str = "") -> float:

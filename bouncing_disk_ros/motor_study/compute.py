@@ -33,7 +33,8 @@ from bouncing_disk_ros.study.computation import (
     Axis,
     Field,
     Region,
-    variable,
+    Row,
+    variables,
 )
 from bouncing_disk_ros.study.plane_study import PlaneStudy
 
@@ -48,7 +49,7 @@ def derived(
     `limits` gives the torque T* of friction along an axis.
     """
     found = dict(zip((up, across), (across, up), strict=True))
-    added: dict[str, xr.Variable] = {}
+    added: dict[str, Row] = {}
     for name, other in found.items():
         speed = _along(result, "mean_speed", name)
         if name in ("load_torque", "brake_torque"):
@@ -56,21 +57,21 @@ def derived(
             best, place = _best(_along(result, "efficiency", name), loads)
             no_load = np.array([_at_zero(loads, row) for row in speed])
             about = f"{name.replace('_', ' ')} of the largest efficiency"
-            added["best_efficiency"] = variable(other, best, "1", "largest efficiency")
-            added[f"best_{name}"] = variable(other, place, "N·m", about)
-            added["no_load_speed"] = variable(other, no_load, "rad/s", "no-load speed")
+            added["best_efficiency"] = (other, best, "1", "largest efficiency")
+            added[f"best_{name}"] = (other, place, "N·m", about)
+            added["no_load_speed"] = (other, no_load, "rad/s", "no-load speed")
         if name == "load_torque":
             rows = zip(speed, limits(other), strict=True)
             stalls = [stall(result[name].values, row, top) for row, top in rows]
-            added["stall_torque"] = variable(other, np.array(stalls), "N·m", "stall torque")
+            added["stall_torque"] = (other, np.array(stalls), "N·m", "stall torque")
         if name == "phase_lag":
             # with its sign: a load that turns the rotor back can be faster than the stator forwards
             fastest, place = _best(speed, result[name].values)
             about = "phase lag of the largest mean speed"
-            added["best_phase_lag"] = variable(other, place, "rad", about)
+            added["best_phase_lag"] = (other, place, "rad", about)
             about = "largest mean speed, with its sign"
-            added["best_speed"] = variable(other, fastest, "rad/s", about)
-    return result.assign(added)
+            added["best_speed"] = (other, fastest, "rad/s", about)
+    return result.assign(variables(added))
 
 
 def _along(result: xr.Dataset, field: str, name: str) -> Floats:

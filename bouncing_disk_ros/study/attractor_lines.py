@@ -17,7 +17,7 @@ from bouncing_disk_ros.maps.attractors import (
     numbered,
     periodic_name,
 )
-from bouncing_disk_ros.study.computation import variable
+from bouncing_disk_ros.study.computation import Row, variables
 
 Floats = NDArray[np.float64]
 
@@ -83,7 +83,7 @@ def lines_of(
     ]
     numbers = match_attractors(seen, threshold)
     count = max((line + 1 for row in numbers for line in row), default=0)
-    found: dict[str, xr.Variable] = {}
+    found: dict[str, Row] = {}
     for key, name in fields.items():
         field = result[name]
         values = np.full((count, *field.shape[:1], *field.shape[2:]), _fill(key), field.dtype)
@@ -92,10 +92,10 @@ def lines_of(
                 values[line, k] = field.values[k, i]
         units, about = _ABOUT[key]
         dims = "line", "value", *map(str, field.dims[2:])
-        found[f"line_{key}"] = variable(dims, values, units, f"of each line: {about}")
+        found[f"line_{key}"] = dims, values, units, f"of each line: {about}"
     names = numbered(_names(found, count))
-    found["line_name"] = variable("line", names, "1", "name of the attractor, first and last")
-    return found
+    found["line_name"] = "line", names, "1", "name of the attractor, first and last"
+    return variables(found)
 
 
 def _fill(name: str) -> float:
@@ -109,9 +109,9 @@ def _seen(result: xr.Dataset, kind: int, k: int, i: int) -> Seen:
     return Seen(KINDS[int(kind)], points[~np.isnan(points[:, 0])])
 
 
-def _names(found: Mapping[str, xr.Variable], count: int) -> list[str]:
+def _names(found: Mapping[str, Row], count: int) -> list[str]:
     """What each line is called: what it is first, and the last if that is something else."""
-    fields = {name: one.values for name, one in found.items()}
+    fields = {name: values for name, (_, values, _, _) in found.items()}
     names = []
     for line in range(count):
         places = np.flatnonzero(fields["line_kind"][line] >= 0)

@@ -46,9 +46,16 @@ class Field:
     flags: Mapping[int, str] | None = None  # meaning of each whole number (CF flag_values)
 
 
-def variable(dims: str | tuple[str, ...], values: Any, units: str, long_name: str) -> xr.Variable:
-    """Variable of a result that is derived from its fields, with its unit and what it is."""
-    return xr.Variable(dims, values, {"units": units, "long_name": long_name})
+Row = tuple[str | tuple[str, ...], Any, str, str]
+"""A variable that is derived from fields: its dimensions, values, unit, and what it is."""
+
+
+def variables(rows: Mapping[str, Row]) -> dict[str, xr.Variable]:
+    """Variables by name from such rows, to be assigned to a result."""
+    return {
+        name: xr.Variable(dims, values, {"units": units, "long_name": about})
+        for name, (dims, values, units, about) in rows.items()
+    }
 
 
 @dataclass(frozen=True)
@@ -112,7 +119,7 @@ class Study(ABC):
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
         """Add what is derived from the whole result (fractions, extremal points), not stored.
 
-        By `variable`, which says its unit and what it is.
+        By `variables`, with unit and meaning of each.
         """
         return result
 

@@ -19,7 +19,7 @@ from bouncing_disk_ros.resilience_studies.curve_family import curve_family
 from bouncing_disk_ros.resilience_studies.orbit_curves import Curve, SpecialKind, Window
 from bouncing_disk_ros.resilience_studies.orbit_equations import CurveKind
 from bouncing_disk_ros.study.by_name import named
-from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study, variable
+from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Row, Study, variables
 
 KINDS, SPECIAL_KINDS = list(CurveKind), list(SpecialKind)
 
@@ -86,7 +86,7 @@ class Curves(Study):
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:
         """Add the curves."""
-        return result.assign(curve_variables(context))
+        return result.assign(variables(curve_rows(context)))
 
 
 def _map_parameters(given: Mapping[str, Value]) -> dict[str, Value]:
@@ -125,20 +125,19 @@ def _joined(parts: list[np.ndarray]) -> np.ndarray:
     return np.concatenate([np.empty(0), *parts])
 
 
-def curve_variables(arrays: Arrays) -> dict[str, xr.Variable]:
-    """The curves as variables of a dataset."""
-    kinds = {"curve_kind": list(map(str, KINDS)), "special_kind": list(map(str, SPECIAL_KINDS))}
-    found = {}
-    for name, (dims, units, about) in _VARIABLES.items():
-        values = arrays[name]
-        texts = [kinds[name][int(i)] for i in values] if name in kinds else values
-        found[name] = variable(dims, texts, units, about)
-    return found
+def curve_rows(arrays: Arrays) -> dict[str, Row]:
+    """The curves as rows of `variables`."""
+    return {
+        "curve_kind": ("curve", [str(KINDS[int(i)]) for i in arrays["curve_kind"]], "1",
+                       "what happens to the orbit on the curve"),
+        "special_kind": ("special", [str(SPECIAL_KINDS[int(i)]) for i in arrays["special_kind"]],
+                         "1", "what a special point is"),
+        **{name: (dims, arrays[name], units, about)
+           for name, (dims, units, about) in _STORED.items()},
+    }  # fmt: skip
 
 
-_VARIABLES: dict[str, tuple[str | tuple[str, ...], str, str]] = {
-    "curve_kind": ("curve", "1", "what happens to the orbit on the curve"),
-    "special_kind": ("special", "1", "what a special point is"),
+_STORED: dict[str, tuple[str | tuple[str, ...], str, str]] = {
     "curve_impacts": (
         "curve", "1", "impacts in one repetition of the orbit; 0: an orbit with contact"
     ),

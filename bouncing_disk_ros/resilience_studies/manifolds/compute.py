@@ -27,7 +27,7 @@ from bouncing_disk_ros.resilience_studies.manifold_growth import (
     why_open,
 )
 from bouncing_disk_ros.study.basins.compute import Basins, from_arrays
-from bouncing_disk_ros.study.computation import Arrays, variable
+from bouncing_disk_ros.study.computation import Arrays, Row, variables
 
 SEARCHED = 64
 """Neighbours with unlike ends are looked for on a grid of SEARCHED × SEARCHED starts."""
@@ -99,13 +99,15 @@ class Manifolds(Basins):
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:
         """As of basins, with the manifolds."""
-        own = {name: variable(dims, context[name], units, about)
-               for name, (dims, units, about) in _VARIABLES.items()
-               if name in context}  # fmt: skip
-        return super().finish(result, context).assign(own)
+        rows: dict[str, Row] = {
+            name: (dims, context[name], units, about)
+            for name, (dims, units, about) in _STORED.items()
+            if name in context
+        }
+        return super().finish(result, context).assign(variables(rows))
 
 
-_VARIABLES = {
+_STORED = {
     "saddle_impacts": ("saddle", "1", "impacts of the saddle in one repetition"),
     "saddle_cycles": ("saddle", "1", "periods of the platform in one repetition"),
     "saddle_multiplier": ("saddle", "1", "multiplier outside of the unit circle"),

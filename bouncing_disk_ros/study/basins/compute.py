@@ -42,8 +42,9 @@ from bouncing_disk_ros.study.computation import (
     Axis,
     Field,
     Region,
+    Row,
     Study,
-    variable,
+    variables,
 )
 
 SIDES = (64, 1024)
@@ -187,50 +188,33 @@ class Basins(Study):
         points = [(i, *p) for i, a in enumerate(found)
                   for p in zip(a.forcing_phases, a.velocities, strict=True)]  # fmt: skip
         owner, phase, speed = np.array(points).reshape(-1, 3).T
-        added = {
-            "attractor_name": variable(
-                "attractor", numbered([a.name for a in found]), "1", "name of the attractor"
-            ),
-            "attractor_kind": variable(
-                "attractor", [str(a.kind) for a in found], "1", "kind of the attractor"
-            ),
-            "attractor_period": variable(
-                "attractor", [_period_of(a) for a in found], "1",
-                "impacts in one repetition of the attractor, 0: none",
-            ),
-            "attractor_cycles": variable(
-                "attractor", [a.cycles for a in found], "1",
-                "periods of the platform in one repetition, 0: none",
-            ),
-            "multiplier": variable(
-                "attractor", [a.multiplier for a in found], "1",
-                "largest modulus of the Floquet multipliers of the attractor",
-            ),
-            "fraction": variable(
-                "attractor", [part.fraction for part in parts], "1",
-                "share of the window that goes to the attractor",
-            ),
-            "fraction_uncertainty": variable(
-                "attractor", [part.uncertainty for part in parts], "1",
-                "standard error of the share",
-            ),
-            "unresolved_fraction": variable(
-                (), unresolved_fraction(labels), "1", "share of the window that is unresolved"
-            ),
-            "point_attractor": variable(
-                "point", owner.astype(np.int32), "1", "attractor that the point belongs to"
-            ),
-            "point_forcing_phase": variable("point", phase, "rad", "forcing phase of the point"),
-            "point_velocity": variable(
-                "point", speed * (self._map.restitution if self._after else 1.0), "pi g/omega",
-                "relative velocity of the point, as on the axis velocity",
-            ),
+        speed = speed * (self._map.restitution if self._after else 1.0)
+        added: dict[str, Row] = {
+            "attractor_name": ("attractor", numbered([a.name for a in found]), "1",
+                               "name of the attractor"),
+            "attractor_kind": ("attractor", [str(a.kind) for a in found], "1",
+                               "kind of the attractor"),
+            "attractor_period": ("attractor", [_period_of(a) for a in found], "1",
+                                 "impacts in one repetition of the attractor, 0: none"),
+            "attractor_cycles": ("attractor", [a.cycles for a in found], "1",
+                                 "periods of the platform in one repetition, 0: none"),
+            "multiplier": ("attractor", [a.multiplier for a in found], "1",
+                           "largest modulus of the Floquet multipliers of the attractor"),
+            "fraction": ("attractor", [part.fraction for part in parts], "1",
+                         "share of the window that goes to the attractor"),
+            "fraction_uncertainty": ("attractor", [part.uncertainty for part in parts], "1",
+                                     "standard error of the share"),
+            "unresolved_fraction": ((), unresolved_fraction(labels), "1",
+                                    "share of the window that is unresolved"),
+            "point_attractor": ("point", owner.astype(np.int32), "1",
+                                "attractor that the point belongs to"),
+            "point_forcing_phase": ("point", phase, "rad", "forcing phase of the point"),
+            "point_velocity": ("point", speed, "pi g/omega",
+                               "relative velocity of the point, as on the axis velocity"),
         }  # fmt: skip
-        return result.assign(added).assign(missed).assign(boundary.result())
+        return result.assign(variables(added | missed | boundary.result()))
 
-    def _missed(
-        self, found: Attractors, result: xr.Dataset, labels: LabelMap
-    ) -> dict[str, xr.Variable]:
+    def _missed(self, found: Attractors, result: xr.Dataset, labels: LabelMap) -> dict[str, Row]:
         """Attractors that the search did not find, but unresolved starts lead to."""
         rows, columns = self._unresolved_places(labels)
         if not len(rows):
@@ -241,8 +225,7 @@ class Basins(Study):
         if not missed:
             return {}
         about = "attractors the search missed; unresolved starts lead to them"
-        names = [one.name for one in missed]
-        return {"missed_attractor_name": variable("missed", names, "1", about)}
+        return {"missed_attractor_name": ("missed", [one.name for one in missed], "1", about)}
 
     def _unresolved_places(self, labels: LabelMap) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Rows and columns of unresolved pixels, of the first block of rows that has some."""
@@ -254,32 +237,27 @@ class Basins(Study):
             begin += len(part)
         return np.empty(0, np.intp), np.empty(0, np.intp)
 
-    def _boundary(self, labels: LabelMap) -> dict[str, xr.Variable]:
+    def _boundary(self, labels: LabelMap) -> dict[str, Row]:
         if min(labels.shape) < 48:
             return {}
         entropy = basin_entropy(labels)
         alpha = uncertainty_exponent(labels, periodic=self.whole_period)
         dimension = box_dimension(labels, periodic=self.whole_period)
         return {
-            "basin_entropy": variable(
-                (), entropy.basin, "1", "basin entropy, mean over squares of 5 × 5 pixels"
-            ),
-            "boundary_basin_entropy": variable(
-                (), entropy.boundary, "1", "basin entropy of the squares that hold several labels"
-            ),
-            "uncertainty_exponent": variable(
-                (), alpha.exponent, "1", "uncertainty exponent of the boundary"
-            ),
-            "uncertainty_exponent_error": variable((), alpha.uncertainty, "1", _INTERVAL),
-            "box_dimension": variable((), dimension.exponent, "1", "box dimension of the boundary"),
-            "box_dimension_error": variable((), dimension.uncertainty, "1", _INTERVAL),
-            "boundary_distance": variable(
-                "distance", alpha.sizes, "pixel", "distance, and side of the squares"
-            ),
-            "uncertain_fraction": variable(
-                "distance", alpha.counts, "1", "share of pixels with another label at the distance"
-            ),
-        }
+            "basin_entropy": ((), entropy.basin, "1",
+                              "basin entropy, mean over squares of 5 × 5 pixels"),
+            "boundary_basin_entropy": ((), entropy.boundary, "1",
+                                       "basin entropy of the squares that hold several labels"),
+            "uncertainty_exponent": ((), alpha.exponent, "1",
+                                     "uncertainty exponent of the boundary"),
+            "uncertainty_exponent_error": ((), alpha.uncertainty, "1", _INTERVAL),
+            "box_dimension": ((), dimension.exponent, "1", "box dimension of the boundary"),
+            "box_dimension_error": ((), dimension.uncertainty, "1", _INTERVAL),
+            "boundary_distance": ("distance", alpha.sizes, "pixel",
+                                  "distance, and side of the squares"),
+            "uncertain_fraction": ("distance", alpha.counts, "1",
+                                   "share of pixels with another label at the distance"),
+        }  # fmt: skip
 
 
 def _period_of(attractor: Attractor) -> int:

@@ -46,8 +46,9 @@ from bouncing_disk_ros.study.computation import (
     Axis,
     Field,
     Region,
+    Row,
     Study,
-    variable,
+    variables,
 )
 
 ONSET_IMPACTS = 100_000
@@ -222,25 +223,18 @@ class Bifurcation(Study):
         points = self.doublings
         values = [point.value for point in points]
         ratios = feigenbaum_ratios(values) if len(values) > 2 else np.empty(0)
-        return result.assign(
-            {
-                "doubling": variable(
-                    "doubling_number", np.array(values), "1",
-                    "value of the parameter at a period doubling",
-                ),
-                "doubling_impacts": variable(
-                    "doubling_number", [point.impacts for point in points], "1",
-                    "impacts in one repetition below the doubling",
-                ),
-                "feigenbaum_ratio": variable(
-                    "ratio_number", np.asarray(ratios), "1",
-                    "ratio of the distances of successive doublings",
-                ),
-                **self._onset(result),
-            }
-        )  # fmt: skip
+        number = "doubling_number"
+        doublings: dict[str, Row] = {
+            "doubling": (number, np.array(values), "1",
+                         "value of the parameter at a period doubling"),
+            "doubling_impacts": (number, [point.impacts for point in points], "1",
+                                 "impacts in one repetition below the doubling"),
+            "feigenbaum_ratio": ("ratio_number", ratios, "1",
+                                 "ratio of the distances of successive doublings"),
+        }  # fmt: skip
+        return result.assign(variables(doublings | self._onset(result)))
 
-    def _onset(self, result: xr.Dataset) -> dict[str, xr.Variable]:
+    def _onset(self, result: xr.Dataset) -> dict[str, Row]:
         """Where the attractor that is followed along Γ or ε first comes to contact, if it does."""
         if self._starts or self.axis not in ("axial_forcing", "restitution"):
             return {}
@@ -254,9 +248,9 @@ class Bifurcation(Study):
         seen = f"in {ONSET_IMPACTS} impacts of the attractor followed"
         exponent = result["lyapunov_exponent"].values[last]
         return {
-            "contact_onset": variable((), found.value, "1", f"first contact {seen}"),
-            "contact_onset_without": variable((), found.without, "1", f"no contact {seen}"),
-            "contact_onset_exponent": variable(
+            "contact_onset": ((), found.value, "1", f"first contact {seen}"),
+            "contact_onset_without": ((), found.without, "1", f"no contact {seen}"),
+            "contact_onset_exponent": (
                 (), exponent, "1", "Lyapunov exponent at the value before"
             ),
         }  # fmt: skip

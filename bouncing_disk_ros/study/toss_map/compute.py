@@ -16,7 +16,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.best_toss import Extreme, Ridge, bounded_measures, extreme, ridge
 from bouncing_disk_ros.maps.tosses import CODES, LOWEST, TossSetting, check_setting, toss
 from bouncing_disk_ros.parameters import DEFAULTS, Value
-from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study, variable
+from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Row, Study, variables
 
 ROWS = 64
 """Phase lags of one region."""
@@ -97,12 +97,11 @@ class TossMap(Study):
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
         """Add the extremal points, found by refinement on the exact function."""
         best = self.extremes
-        return result.assign(
-            {
-                f"extreme_{name}": variable("extreme", [getattr(e, name) for e in best], *about)
-                for name, about in _EXTREME.items()
-            }
-        )
+        rows: dict[str, Row] = {
+            f"extreme_{name}": ("extreme", [getattr(one, name) for one in best], *about)
+            for name, about in _EXTREME.items()
+        }
+        return result.assign(variables(rows))
 
     @cached_property
     def extremes(self) -> list[Extreme]:

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study, variable
+from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study, variables
 
 
 class Toy(Study):
@@ -40,4 +40,4 @@ class Toy(Study):
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:
         """Add their sum."""
         total = float(result["square"].sum())
-        return result.assign(sum=variable((), total, "m2", "sum of the squares"))
+        return result.assign(variables({"sum": ((), total, "m2", "sum of the squares")}))
