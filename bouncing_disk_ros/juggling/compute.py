@@ -26,7 +26,7 @@ from bouncing_disk_ros.juggling.target_orbit import OWN, best_phase_lag, orbit_n
 from bouncing_disk_ros.maps.attractors import refuse_conservative
 from bouncing_disk_ros.maps.label_maps import centres
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Row, Study, variables
 
 WINDOW, REST = "window", "rest"
 NUMBERS = ("axial_forcing", "restitution_error", "delay", "jitter", "missed", "impulse",
@@ -62,17 +62,6 @@ class Juggling(Study):
     name: ClassVar[str] = "juggling"
     title: ClassVar[str] = "Closed loops that keep a multiple toss going"
     revision: ClassVar[int] = 2
-    added: ClassVar[Mapping[str, tuple[str, str]]] = {
-        "never": ("1", "part of the starts that was never captured"),
-        "captured": ("1", "part of the starts that was captured"),
-        "lost": ("1", "part of the starts that was captured and lost again"),
-        "offset_used": ("A", "largest offset of all runs"),
-        "acceleration_used": ("A omega^2", "largest acceleration of the offset of all runs"),
-        "strategy_name": ("1", "name of the strategy"),
-        "condition_name": ("1", "text of the condition"),
-        "median_time": ("2 pi/omega", "median time until the orbit was reached"),
-        "median_rotor_speed": ("omega Phi", "median over the starts of the rotor speed"),
-    }
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
@@ -245,19 +234,27 @@ class Juggling(Study):
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
         """Part of the starts captured, lost and never captured, and medians, for each case."""
-        over = ("velocity", "forcing_phase")
-        verdict = result["verdict"]
+        over, left = ("velocity", "forcing_phase"), ("strategy", "condition")
+        verdict, part = result["verdict"], "part of the starts that was"
         median = result["time"].where(verdict == 1).median(over)
-        return result.assign(
-            {name: (verdict == flag).mean(over) for flag, name in _FLAGS.items()}
-        ).assign(
-            median_time=median,
-            median_rotor_speed=result["rotor_speed"].median(over),
-            offset_used=result["largest_offset"].max(over),
-            acceleration_used=result["largest_acceleration"].max(over),
-            strategy_name=("strategy", self.strategies),
-            condition_name=("condition", [one.name for one in self.conditions]),
-        )
+        never, captured, lost = ((verdict == flag).mean(over).values for flag in _FLAGS)
+        rows: dict[str, Row] = {
+            "never": (left, never, "1", f"{part} never captured"),
+            "captured": (left, captured, "1", f"{part} captured"),
+            "lost": (left, lost, "1", f"{part} captured and lost again"),
+            "median_time": (left, median.values, "2 pi/omega",
+                            "median time until the orbit was reached"),
+            "median_rotor_speed": (left, result["rotor_speed"].median(over).values, "omega Phi",
+                                   "median over the starts of the rotor speed"),
+            "offset_used": (left, result["largest_offset"].max(over).values, "A",
+                            "largest offset of all runs"),
+            "acceleration_used": (left, result["largest_acceleration"].max(over).values,
+                                  "A omega^2", "largest acceleration of the offset of all runs"),
+            "strategy_name": ("strategy", self.strategies, "1", "name of the strategy"),
+            "condition_name": ("condition", [one.name for one in self.conditions], "1",
+                               "text of the condition"),
+        }  # fmt: skip
+        return result.assign(variables(rows))
 
 
 def _number(name: str, value: Value, other: str = "") -> float:

@@ -27,7 +27,15 @@ from bouncing_disk_ros.motor_study.motor_points import (
     measure,
 )
 from bouncing_disk_ros.parameters import TABLE, Value
-from bouncing_disk_ros.study.computation import IMPACTS_IN_REPETITION, Arrays, Axis, Field, Region
+from bouncing_disk_ros.study.computation import (
+    IMPACTS_IN_REPETITION,
+    Arrays,
+    Axis,
+    Field,
+    Region,
+    Row,
+    variables,
+)
 from bouncing_disk_ros.study.plane_study import PlaneStudy
 
 Floats = NDArray[np.float64]
@@ -38,29 +46,32 @@ def derived(
 ) -> xr.Dataset:
     """The result with what its rows or columns amount to, arrays over the other axis.
 
-    Their units and names are in `Motor.added`. `limits` gives the torque T* of friction along an
-    axis.
+    `limits` gives the torque T* of friction along an axis.
     """
     found = dict(zip((up, across), (across, up), strict=True))
-    added: dict[str, tuple[str, Floats]] = {}
+    added: dict[str, Row] = {}
     for name, other in found.items():
         speed = _along(result, "mean_speed", name)
         if name in ("load_torque", "brake_torque"):
             loads = result[name].values
             best, place = _best(_along(result, "efficiency", name), loads)
-            added["best_efficiency"] = (other, best)
-            added[f"best_{name}"] = (other, place)
-            added["no_load_speed"] = (other, np.array([_at_zero(loads, row) for row in speed]))
+            no_load = np.array([_at_zero(loads, row) for row in speed])
+            about = f"{name.replace('_', ' ')} of the largest efficiency"
+            added["best_efficiency"] = (other, best, "1", "largest efficiency")
+            added[f"best_{name}"] = (other, place, "N·m", about)
+            added["no_load_speed"] = (other, no_load, "rad/s", "no-load speed")
         if name == "load_torque":
             rows = zip(speed, limits(other), strict=True)
             stalls = [stall(result[name].values, row, top) for row, top in rows]
-            added["stall_torque"] = (other, np.array(stalls))
+            added["stall_torque"] = (other, np.array(stalls), "N·m", "stall torque")
         if name == "phase_lag":
             # with its sign: a load that turns the rotor back can be faster than the stator forwards
             fastest, place = _best(speed, result[name].values)
-            added["best_phase_lag"] = (other, place)
-            added["best_speed"] = (other, fastest)
-    return result.assign(added)
+            about = "phase lag of the largest mean speed"
+            added["best_phase_lag"] = (other, place, "rad", about)
+            about = "largest mean speed, with its sign"
+            added["best_speed"] = (other, fastest, "rad/s", about)
+    return result.assign(variables(added))
 
 
 def _along(result: xr.Dataset, field: str, name: str) -> Floats:
@@ -154,15 +165,6 @@ class Motor(PlaneStudy):
 
     name: ClassVar[str] = "motor"
     title: ClassVar[str] = "Means of a standing-wave motor over two parameters"
-    added: ClassVar[Mapping[str, tuple[str, str]]] = {
-        "no_load_speed": ("rad/s", "no-load speed"),
-        "stall_torque": ("N·m", "stall torque"),
-        "best_efficiency": ("1", "largest efficiency"),
-        "best_load_torque": ("N·m", "load torque of the largest efficiency"),
-        "best_brake_torque": ("N·m", "brake torque of the largest efficiency"),
-        "best_speed": ("rad/s", "largest mean speed, with its sign"),
-        "best_phase_lag": ("rad", "phase lag of the largest mean speed"),
-    }
     revision: ClassVar[int] = 2
     axis_names: ClassVar[tuple[str, ...]] = AXES
     conservative_hint: ClassVar[str] = "At 1 impacts lose no energy, so the motion does not settle."

@@ -17,6 +17,7 @@ from bouncing_disk_ros.maps.attractors import (
     attractor_name,
     numbered,
 )
+from bouncing_disk_ros.study.computation import Row, variables
 
 Floats = NDArray[np.float64]
 
@@ -24,30 +25,23 @@ MOST_POINTS = 64
 """Points of each attractor that are kept, for its line."""
 KINDS = list(AttractorKind)
 FLAGS = {-1: "none", **{i: str(kind) for i, kind in enumerate(KINDS)}}
-LINES = {
-    "line_name": ("1", "name of the attractor, first and last"),
-    "line_kind": ("1", "of each line: kind of attractor"),
-    "line_impacts": ("1", "of each line: impacts in one repetition"),
-    "line_cycles": ("1", "of each line: periods in one repetition"),
-    "line_multiplier": ("1", "of each line: largest multiplier in magnitude"),
-    "line_share": ("1", "of each line: share of the window"),
-    "line_share_uncertainty": ("1", "of each line: standard error of the share"),
-    "line_share_without_contact": (
-        "1",
-        "of each line: share that reaches it without contact before",
-    ),
-    "line_share_in_time": ("1", "of each line: share on it after so many periods"),
-    "line_convergence_time": ("2 pi/omega", "of each line: time constant near it"),
-    "line_median_time": ("2 pi/omega", "of each line: median time to reach it"),
-    "line_slow_time": ("2 pi/omega", "of each line: time within which 95 % reach it"),
-    "line_fatal_impulse": ("m pi g/omega", "of each line: smallest fatal impulse"),
-    "line_least_fatal_impulse": (
-        "m pi g/omega",
-        "of each line: smallest fatal impulse at any instant",
-    ),
-    "line_fatal_timing_error": ("rad", "of each line: smallest fatal timing error"),
+_ABOUT = {
+    "kind": ("1", "kind of attractor"),
+    "impacts": ("1", "impacts in one repetition"),
+    "cycles": ("1", "periods in one repetition"),
+    "multiplier": ("1", "largest multiplier in magnitude"),
+    "share": ("1", "share of the window"),
+    "share_uncertainty": ("1", "standard error of the share"),
+    "share_without_contact": ("1", "share that reaches it without contact before"),
+    "share_in_time": ("1", "share on it after so many periods"),
+    "convergence_time": ("2 pi/omega", "time constant near it"),
+    "median_time": ("2 pi/omega", "median time to reach it"),
+    "slow_time": ("2 pi/omega", "time within which 95 % reach it"),
+    "fatal_impulse": ("m pi g/omega", "smallest fatal impulse"),
+    "least_fatal_impulse": ("m pi g/omega", "smallest fatal impulse at any instant"),
+    "fatal_timing_error": ("rad", "smallest fatal timing error"),
 }
-"""Fields over lines of attractors -> unit and what they are; a study has some of them."""
+"""Fields of a line of attractors -> unit and what they are; a study has some of them."""
 THRESHOLD = 0.3
 """Attractors further apart (rad and πg/ω together) are not matched."""
 MEMORY = 5
@@ -74,7 +68,9 @@ def put_attractor(
     arrays["point_velocity"][0, slot, : len(chosen)] = attractor.velocities[chosen]
 
 
-def lines_of(result: xr.Dataset, fields: Mapping[str, str], threshold: float) -> dict[str, object]:
+def lines_of(
+    result: xr.Dataset, fields: Mapping[str, str], threshold: float
+) -> dict[str, xr.Variable]:
     """Fields over lines of attractors instead of their slots at each value, by name line_*.
 
     `fields`: what follows line_ -> the field over (value, attractor …); kind, impacts, cycles are
@@ -87,16 +83,19 @@ def lines_of(result: xr.Dataset, fields: Mapping[str, str], threshold: float) ->
     ]
     numbers = match_attractors(seen, threshold)
     count = max((line + 1 for row in numbers for line in row), default=0)
-    found: dict[str, object] = {}
+    found: dict[str, Row] = {}
     for key, name in fields.items():
         field = result[name]
         values = np.full((count, *field.shape[:1], *field.shape[2:]), _fill(key), field.dtype)
         for k, row in enumerate(numbers):
             for i, line in zip(np.flatnonzero(kinds[k] >= 0), row, strict=True):
                 values[line, k] = field.values[k, i]
-        found[f"line_{key}"] = (("line", "value", *field.dims[2:]), values)
-    found["line_name"] = ("line", numbered(_names(found, count)))
-    return found
+        units, about = _ABOUT[key]
+        dims = "line", "value", *map(str, field.dims[2:])
+        found[f"line_{key}"] = dims, values, units, f"of each line: {about}"
+    names = numbered(_names(found, count))
+    found["line_name"] = "line", names, "1", "name of the attractor, first and last"
+    return variables(found)
 
 
 def _fill(name: str) -> float:
@@ -110,9 +109,9 @@ def _seen(result: xr.Dataset, kind: int, k: int, i: int) -> Seen:
     return Seen(KINDS[int(kind)], points[~np.isnan(points[:, 0])])
 
 
-def _names(found: Mapping[str, object], count: int) -> list[str]:
+def _names(found: Mapping[str, Row], count: int) -> list[str]:
     """What each line is called: what it is first, and the last if that is something else."""
-    fields = {name: value[1] for name, value in found.items() if isinstance(value, tuple)}
+    fields = {name: values for name, (_, values, _, _) in found.items()}
     names = []
     for line in range(count):
         places = np.flatnonzero(fields["line_kind"][line] >= 0)

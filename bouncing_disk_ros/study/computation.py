@@ -7,7 +7,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import xarray as xr
@@ -46,6 +46,18 @@ class Field:
     flags: Mapping[int, str] | None = None  # meaning of each whole number (CF flag_values)
 
 
+Row = tuple[str | tuple[str, ...], Any, str, str]
+"""A variable that is derived from fields: its dimensions, values, unit, and what it is."""
+
+
+def variables(rows: Mapping[str, Row]) -> dict[str, xr.Variable]:
+    """Variables by name from such rows, to be assigned to a result."""
+    return {
+        name: xr.Variable(dims, values, {"units": units, "long_name": about})
+        for name, (dims, values, units, about) in rows.items()
+    }
+
+
 @dataclass(frozen=True)
 class Region:
     """One region of the result: its range along each axis."""
@@ -71,9 +83,6 @@ class Study(ABC):
     """Whether each region starts from the result of the one before."""
     revision: ClassVar[int] = 1
     """Grows when the same parameters give other numbers: an older store is then not resumed."""
-
-    added: ClassVar[Mapping[str, tuple[str, str]]] = {}
-    """Variables that `finish` adds -> their unit and what they are."""
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         self.parameters = dict(parameters)
@@ -108,7 +117,10 @@ class Study(ABC):
         """The fields over one region. `before`: those of the region before, if `sequential`."""
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
-        """Add what is derived from the whole result (fractions, extremal points), not stored."""
+        """Add what is derived from the whole result (fractions, extremal points), not stored.
+
+        By `variables`, with unit and meaning of each.
+        """
         return result
 
     @property

@@ -214,11 +214,9 @@ def _described(study: Study, result: xr.Dataset) -> xr.Dataset:
     `result.sel(restitution=0.4, method="nearest")`.
     """
     result = result.copy()
-    about = {**study.added, DONE: ("1", "whether the part is computed")}
     for name, variable in result.variables.items():
-        units, long_name = about.get(str(name), ("1", str(name).replace("_", " ")))
-        own = {"units": units, "long_name": long_name}
-        variable.attrs = {**own, **variable.attrs}
+        about = "whether the part is computed" if name == DONE else str(name).replace("_", " ")
+        variable.attrs = {"units": "1", "long_name": about, **variable.attrs}
     result = result.set_coords([name for name in COORDINATES if name in result])
     along = str(study.parameters.get("along", ""))
     if along and "value" in result.coords and along not in result.variables:

@@ -96,7 +96,7 @@ def contents(field: str, path: Path) -> Contents:
             else:
                 why = "Its metadata were damaged, changed, added or removed"
     except Exception:  # noqa: BLE001 (Zarr has errors of many kinds for what it cannot use)
-        why = "It holds other data, or damaged metadata"
+        why = "It holds other data, damaged metadata, or those of another version"
     hint = f"{why}. Remove it, or choose another output"
     raise InputError(field, str(path), "a whole result of a study", hint)
 

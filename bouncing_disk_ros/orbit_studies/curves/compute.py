@@ -19,7 +19,7 @@ from bouncing_disk_ros.orbit_studies.orbit_curves import Curve, SpecialKind, Win
 from bouncing_disk_ros.orbit_studies.orbit_equations import CurveKind
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.by_name import named
-from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Row, Study, variables
 
 KINDS, SPECIAL_KINDS = list(CurveKind), list(SpecialKind)
 
@@ -29,23 +29,6 @@ class Curves(Study):
 
     name: ClassVar[str] = "curves"
     title: ClassVar[str] = "Folds, doublings, grazes and onset of contact over two parameters"
-    added: ClassVar[Mapping[str, tuple[str, str]]] = {
-        "curve_kind": ("1", "what happens to the orbit on the curve"),
-        "curve_impacts": (
-            "1", "impacts in one repetition of the orbit; 0: an orbit with contact"
-        ),
-        "curve_cycles": ("1", "periods of the platform in one repetition"),
-        "point_curve": ("1", "index of the curve of a point"),
-        "point_axial_forcing": ("1", "axial forcing of a point of a curve"),
-        "point_restitution": ("1", "restitution of a point of a curve"),
-        "point_forcing_phase": ("rad", "forcing phase of the point"),
-        "point_admissible": ("1", "1: the orbit is a motion of a disk, 0: a flight is cut short"),
-        "lost_orbits": ("1", "orbits that could not be followed"),
-        "special_curve": ("1", "index of the curve of a special point"),
-        "special_kind": ("1", "what a special point is"),
-        "special_axial_forcing": ("1", "axial forcing of a special point"),
-        "special_restitution": ("1", "restitution of a special point"),
-    }  # fmt: skip
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
@@ -103,7 +86,7 @@ class Curves(Study):
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:
         """Add the curves."""
-        return result.assign(curve_variables(context))
+        return result.assign(variables(curve_rows(context)))
 
 
 def _map_parameters(given: Mapping[str, Value]) -> dict[str, Value]:
@@ -142,18 +125,33 @@ def _joined(parts: list[np.ndarray]) -> np.ndarray:
     return np.concatenate([np.empty(0), *parts])
 
 
-def curve_variables(arrays: Arrays) -> dict[str, object]:
-    """The curves as variables of a dataset."""
-    kinds = [str(KINDS[int(i)]) for i in arrays["curve_kind"]]
-    special = [str(SPECIAL_KINDS[int(i)]) for i in arrays["special_kind"]]
-    found: dict[str, object] = {
-        "curve_kind": ("curve", kinds),
-        "special_kind": ("special", special),
-    }
-    for name, values in arrays.items():
-        if name == "lost_orbits":
-            found[name] = ((), values)
-        elif name not in found:
-            dim = "curve_point" if name.startswith("point") else name.split("_")[0]
-            found[name] = (dim, values)
-    return found
+def curve_rows(arrays: Arrays) -> dict[str, Row]:
+    """The curves as rows of `variables`."""
+    return {
+        "curve_kind": ("curve", [str(KINDS[int(i)]) for i in arrays["curve_kind"]], "1",
+                       "what happens to the orbit on the curve"),
+        "special_kind": ("special", [str(SPECIAL_KINDS[int(i)]) for i in arrays["special_kind"]],
+                         "1", "what a special point is"),
+        **{name: (dims, arrays[name], units, about)
+           for name, (dims, units, about) in _STORED.items()},
+    }  # fmt: skip
+
+
+_STORED: dict[str, tuple[str | tuple[str, ...], str, str]] = {
+    "curve_impacts": (
+        "curve", "1", "impacts in one repetition of the orbit; 0: an orbit with contact"
+    ),
+    "curve_cycles": ("curve", "1", "periods of the platform in one repetition"),
+    "point_curve": ("curve_point", "1", "index of the curve of a point"),
+    "point_axial_forcing": ("curve_point", "1", "axial forcing of a point of a curve"),
+    "point_restitution": ("curve_point", "1", "restitution of a point of a curve"),
+    "point_forcing_phase": ("curve_point", "rad", "forcing phase of the point"),
+    "point_admissible": (
+        "curve_point", "1", "1: the orbit is a motion of a disk, 0: a flight is cut short"
+    ),
+    "special_curve": ("special", "1", "index of the curve of a special point"),
+    "special_axial_forcing": ("special", "1", "axial forcing of a special point"),
+    "special_restitution": ("special", "1", "restitution of a special point"),
+    "lost_orbits": ((), "1", "orbits that could not be followed"),
+}  # fmt: skip
+"""Arrays of the curves -> dimension, unit and what they are."""

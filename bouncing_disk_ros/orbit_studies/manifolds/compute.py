@@ -28,7 +28,7 @@ from bouncing_disk_ros.orbit_studies.manifold_growth import (
 )
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.basins.compute import Basins, from_arrays
-from bouncing_disk_ros.study.computation import Arrays
+from bouncing_disk_ros.study.computation import Arrays, Row, variables
 
 SEARCHED = 64
 """Neighbours with unlike ends are looked for on a grid of SEARCHED × SEARCHED starts."""
@@ -49,27 +49,6 @@ class Manifolds(Basins):
     name: ClassVar[str] = "manifolds"
     title: ClassVar[str] = "Saddles on basin boundaries and their manifolds"
     revision: ClassVar[int] = 2
-    added: ClassVar[Mapping[str, tuple[str, str]]] = {
-        **Basins.added,
-        "saddle_impacts": ("1", "impacts of the saddle in one repetition"),
-        "saddle_cycles": ("1", "periods of the platform in one repetition"),
-        "saddle_multiplier": ("1", "multiplier outside of the unit circle"),
-        "saddle_share": (
-            "1",
-            "share of the window enclosed by its stable manifold; nan: not known",
-        ),
-        "saddle_basin": ("1", "index of the attractor whose basin that is; −1: not known"),
-        "saddle_open": ("1", "why the share is not known; empty: it is"),
-        "saddle_point_saddle": ("1", "index of the saddle of a point"),
-        "saddle_point_forcing_phase": ("rad", "forcing phase of its impacts"),
-        "saddle_point_velocity": ("pi g/omega", "w_A of its impacts"),
-        "piece_saddle": ("1", "index of the saddle of a piece of a manifold"),
-        "piece_stability": ("1", "0: stable manifold, 1: unstable manifold"),
-        "manifold_piece": ("1", "index of the piece of a point; cuts lie between pieces"),
-        "manifold_forcing_phase": ("rad", "forcing phase along a piece, not wrapped"),
-        "manifold_velocity": ("pi g/omega", "w_A along a piece"),
-        "edge_pairs": ("1", "pairs that edge tracking began with; those without a saddle"),
-    }
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         unused: dict[str, Value] = {
@@ -120,20 +99,42 @@ class Manifolds(Basins):
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:
         """As of basins, with the manifolds."""
-        added = {name: dim for name in context if (dim := _dim_of(name))}
-        found = super().finish(result, context)
-        return found.assign({name: (dim, context[name]) for name, dim in added.items()})
+        rows: dict[str, Row] = {
+            name: (dims, context[name], units, about)
+            for name, (dims, units, about) in _STORED.items()
+            if name in context
+        }
+        return super().finish(result, context).assign(variables(rows))
 
 
-_DIMS = {
-    "saddle_point": "saddle_point", "saddle": "saddle", "piece": "piece",
-    "manifold": "manifold_point", "edge": "edge_count",
+_STORED = {
+    "saddle_impacts": ("saddle", "1", "impacts of the saddle in one repetition"),
+    "saddle_cycles": ("saddle", "1", "periods of the platform in one repetition"),
+    "saddle_multiplier": ("saddle", "1", "multiplier outside of the unit circle"),
+    "saddle_share": (
+        "saddle", "1", "share of the window enclosed by its stable manifold; nan: not known"
+    ),
+    "saddle_basin": (
+        "saddle", "1", "index of the attractor whose basin that is; −1: not known"
+    ),
+    "saddle_open": ("saddle", "1", "why the share is not known; empty: it is"),
+    "saddle_point_saddle": ("saddle_point", "1", "index of the saddle of a point"),
+    "saddle_point_forcing_phase": ("saddle_point", "rad", "forcing phase of its impacts"),
+    "saddle_point_velocity": ("saddle_point", "pi g/omega", "w_A of its impacts"),
+    "piece_saddle": ("piece", "1", "index of the saddle of a piece of a manifold"),
+    "piece_stability": ("piece", "1", "0: stable manifold, 1: unstable manifold"),
+    "manifold_piece": (
+        "manifold_point", "1", "index of the piece of a point; cuts lie between pieces"
+    ),
+    "manifold_forcing_phase": (
+        "manifold_point", "rad", "forcing phase along a piece, not wrapped"
+    ),
+    "manifold_velocity": ("manifold_point", "pi g/omega", "w_A along a piece"),
+    "edge_pairs": (
+        "edge_count", "1", "pairs that edge tracking began with; those without a saddle"
+    ),
 }  # fmt: skip
-
-
-def _dim_of(name: str) -> str:
-    """Dimension of a variable of saddles and manifolds; empty: it is none."""
-    return next((dim for start, dim in _DIMS.items() if name.startswith(f"{start}_")), "")
+"""Arrays of saddles and manifolds -> dimension, unit and what they are; 0.2.0 lacks two."""
 
 
 def manifolds_to_arrays(

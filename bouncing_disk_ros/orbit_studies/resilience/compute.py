@@ -19,7 +19,6 @@ from bouncing_disk_ros.orbit_studies.resilience.measures import measure
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.attractor_lines import (
     FLAGS,
-    LINES,
     MOST_POINTS,
     lines_of,
     put_attractor,
@@ -35,7 +34,6 @@ class ResilienceStudy(Study):
     name: ClassVar[str] = "resilience"
     title: ClassVar[str] = "Fatal impulses, convergence and shares of attractors over a parameter"
     revision: ClassVar[int] = 2
-    added: ClassVar[Mapping[str, tuple[str, str]]] = LINES
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)

@@ -27,7 +27,6 @@ from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.attractor_lines import (
     FLAGS,
-    LINES,
     MOST_POINTS,
     THRESHOLD,
     lines_of,
@@ -47,7 +46,6 @@ class BasinShares(Study):
     name: ClassVar[str] = "basin_shares"
     title: ClassVar[str] = "Shares of the basins of attraction over a parameter"
     revision: ClassVar[int] = 4
-    added: ClassVar[Mapping[str, tuple[str, str]]] = LINES
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)

@@ -44,7 +44,9 @@ from bouncing_disk_ros.study.computation import (
     Axis,
     Field,
     Region,
+    Row,
     Study,
+    variables,
 )
 
 SIDES = (64, 1024)
@@ -61,31 +63,6 @@ class Basins(Study):
     name: ClassVar[str] = "basins"
     title: ClassVar[str] = "Basins of attraction of the next-collision map"
     revision: ClassVar[int] = 2
-    added: ClassVar[Mapping[str, tuple[str, str]]] = {
-        "attractor_name": ("1", "name of the attractor"),
-        "attractor_kind": ("1", "kind of the attractor"),
-        "attractor_period": ("1", "impacts in one repetition of the attractor, 0: none"),
-        "attractor_cycles": ("1", "periods of the platform in one repetition, 0: none"),
-        "multiplier": ("1", "largest modulus of the Floquet multipliers of the attractor"),
-        "fraction": ("1", "share of the window that goes to the attractor"),
-        "fraction_uncertainty": ("1", "standard error of the share"),
-        "unresolved_fraction": ("1", "share of the window that is unresolved"),
-        "point_attractor": ("1", "attractor that the point belongs to"),
-        "point_forcing_phase": ("rad", "forcing phase of the point"),
-        "point_velocity": ("pi g/omega", "relative velocity of the point, as on the axis velocity"),
-        "basin_entropy": ("1", "basin entropy, mean over squares of 5 × 5 pixels"),
-        "boundary_basin_entropy": ("1", "basin entropy of the squares that hold several labels"),
-        "uncertainty_exponent": ("1", "uncertainty exponent of the boundary"),
-        "uncertainty_exponent_error": ("1", _INTERVAL),
-        "box_dimension": ("1", "box dimension of the boundary"),
-        "box_dimension_error": ("1", _INTERVAL),
-        "boundary_distance": ("pixel", "distance, and side of the squares"),
-        "uncertain_fraction": ("1", "share of pixels with another label at the distance"),
-        "missed_attractor_name": (
-            "1",
-            "attractors the search missed; unresolved starts lead to them",
-        ),
-    }
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
@@ -206,22 +183,33 @@ class Basins(Study):
         points = [(i, *p) for i, a in enumerate(found)
                   for p in zip(a.forcing_phases, a.velocities, strict=True)]  # fmt: skip
         owner, phase, speed = np.array(points).reshape(-1, 3).T
-        added = {
-            "attractor_name": ("attractor", numbered([a.name for a in found])),
-            "attractor_kind": ("attractor", [str(a.kind) for a in found]),
-            "attractor_period": ("attractor", [_period_of(a) for a in found]),
-            "attractor_cycles": ("attractor", [a.cycles for a in found]),
-            "multiplier": ("attractor", [a.multiplier for a in found]),
-            "fraction": ("attractor", [part.fraction for part in parts]),
-            "fraction_uncertainty": ("attractor", [part.uncertainty for part in parts]),
-            "unresolved_fraction": ((), unresolved_fraction(labels)),
-            "point_attractor": ("point", owner.astype(np.int32)),
-            "point_forcing_phase": ("point", phase),
-            "point_velocity": ("point", speed * (self._map.restitution if self._after else 1.0)),
-        }
-        return result.assign(added).assign(missed).assign(boundary.result())
+        speed = speed * (self._map.restitution if self._after else 1.0)
+        added: dict[str, Row] = {
+            "attractor_name": ("attractor", numbered([a.name for a in found]), "1",
+                               "name of the attractor"),
+            "attractor_kind": ("attractor", [str(a.kind) for a in found], "1",
+                               "kind of the attractor"),
+            "attractor_period": ("attractor", [_period_of(a) for a in found], "1",
+                                 "impacts in one repetition of the attractor, 0: none"),
+            "attractor_cycles": ("attractor", [a.cycles for a in found], "1",
+                                 "periods of the platform in one repetition, 0: none"),
+            "multiplier": ("attractor", [a.multiplier for a in found], "1",
+                           "largest modulus of the Floquet multipliers of the attractor"),
+            "fraction": ("attractor", [part.fraction for part in parts], "1",
+                         "share of the window that goes to the attractor"),
+            "fraction_uncertainty": ("attractor", [part.uncertainty for part in parts], "1",
+                                     "standard error of the share"),
+            "unresolved_fraction": ((), unresolved_fraction(labels), "1",
+                                    "share of the window that is unresolved"),
+            "point_attractor": ("point", owner.astype(np.int32), "1",
+                                "attractor that the point belongs to"),
+            "point_forcing_phase": ("point", phase, "rad", "forcing phase of the point"),
+            "point_velocity": ("point", speed, "pi g/omega",
+                               "relative velocity of the point, as on the axis velocity"),
+        }  # fmt: skip
+        return result.assign(variables(added | missed | boundary.result()))
 
-    def _missed(self, found: Attractors, result: xr.Dataset, labels: LabelMap) -> dict[str, object]:
+    def _missed(self, found: Attractors, result: xr.Dataset, labels: LabelMap) -> dict[str, Row]:
         """Attractors that the search did not find, but unresolved starts lead to."""
         rows, columns = self._unresolved_places(labels)
         if not len(rows):
@@ -231,7 +219,8 @@ class Basins(Study):
         missed = missed_attractors(self._map, found, np.stack((tau, w), axis=1))
         if not missed:
             return {}
-        return {"missed_attractor_name": ("missed", [one.name for one in missed])}
+        about = "attractors the search missed; unresolved starts lead to them"
+        return {"missed_attractor_name": ("missed", [one.name for one in missed], "1", about)}
 
     def _unresolved_places(self, labels: LabelMap) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Rows and columns of unresolved pixels, of the first block of rows that has some."""
@@ -243,22 +232,27 @@ class Basins(Study):
             begin += len(part)
         return np.empty(0, np.intp), np.empty(0, np.intp)
 
-    def _boundary(self, labels: LabelMap) -> dict[str, object]:
+    def _boundary(self, labels: LabelMap) -> dict[str, Row]:
         if min(labels.shape) < 48:
             return {}
         entropy = basin_entropy(labels)
         alpha = uncertainty_exponent(labels, periodic=self.whole_period)
         dimension = box_dimension(labels, periodic=self.whole_period)
         return {
-            "basin_entropy": ((), entropy.basin),
-            "boundary_basin_entropy": ((), entropy.boundary),
-            "uncertainty_exponent": ((), alpha.exponent),
-            "uncertainty_exponent_error": ((), alpha.uncertainty),
-            "box_dimension": ((), dimension.exponent),
-            "box_dimension_error": ((), dimension.uncertainty),
-            "boundary_distance": ("distance", alpha.sizes),
-            "uncertain_fraction": ("distance", alpha.counts),
-        }
+            "basin_entropy": ((), entropy.basin, "1",
+                              "basin entropy, mean over squares of 5 × 5 pixels"),
+            "boundary_basin_entropy": ((), entropy.boundary, "1",
+                                       "basin entropy of the squares that hold several labels"),
+            "uncertainty_exponent": ((), alpha.exponent, "1",
+                                     "uncertainty exponent of the boundary"),
+            "uncertainty_exponent_error": ((), alpha.uncertainty, "1", _INTERVAL),
+            "box_dimension": ((), dimension.exponent, "1", "box dimension of the boundary"),
+            "box_dimension_error": ((), dimension.uncertainty, "1", _INTERVAL),
+            "boundary_distance": ("distance", alpha.sizes, "pixel",
+                                  "distance, and side of the squares"),
+            "uncertain_fraction": ("distance", alpha.counts, "1",
+                                   "share of pixels with another label at the distance"),
+        }  # fmt: skip
 
 
 def _period_of(attractor: Attractor) -> int:

@@ -46,7 +46,9 @@ from bouncing_disk_ros.study.computation import (
     Axis,
     Field,
     Region,
+    Row,
     Study,
+    variables,
 )
 
 ONSET_IMPACTS = 100_000
@@ -66,14 +68,6 @@ class Bifurcation(Study):
 
     name: ClassVar[str] = "bifurcation"
     title: ClassVar[str] = "Bifurcation diagram of the next-collision map"
-    added: ClassVar[Mapping[str, tuple[str, str]]] = {
-        "contact_onset": ("1", "value of the parameter where contact was first seen"),
-        "contact_onset_without": ("1", "last value of the parameter before it, without contact"),
-        "contact_onset_exponent": ("1", "Lyapunov exponent at the last value without contact"),
-        "doubling": ("1", "value of the parameter at a period doubling"),
-        "doubling_impacts": ("1", "impacts in one repetition below the doubling"),
-        "feigenbaum_ratio": ("1", "ratio of the distances of successive doublings"),
-    }
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
@@ -229,16 +223,18 @@ class Bifurcation(Study):
         points = self.doublings
         values = [point.value for point in points]
         ratios = feigenbaum_ratios(values) if len(values) > 2 else np.empty(0)
-        return result.assign(
-            {
-                "doubling": ("doubling_number", np.array(values)),
-                "doubling_impacts": ("doubling_number", [point.impacts for point in points]),
-                "feigenbaum_ratio": ("ratio_number", np.asarray(ratios)),
-                **self._onset(result),
-            }
-        )
+        number = "doubling_number"
+        doublings: dict[str, Row] = {
+            "doubling": (number, np.array(values), "1",
+                         "value of the parameter at a period doubling"),
+            "doubling_impacts": (number, [point.impacts for point in points], "1",
+                                 "impacts in one repetition below the doubling"),
+            "feigenbaum_ratio": ("ratio_number", ratios, "1",
+                                 "ratio of the distances of successive doublings"),
+        }  # fmt: skip
+        return result.assign(variables(doublings | self._onset(result)))
 
-    def _onset(self, result: xr.Dataset) -> dict[str, object]:
+    def _onset(self, result: xr.Dataset) -> dict[str, Row]:
         """Where the attractor that is followed along Γ or ε first comes to contact, if it does."""
         if self._starts or self.axis not in ("axial_forcing", "restitution"):
             return {}
@@ -252,10 +248,10 @@ class Bifurcation(Study):
         seen = f"in {ONSET_IMPACTS} impacts of the attractor followed"
         exponent = result["lyapunov_exponent"].values[last]
         return {
-            "contact_onset": ((), found.value, {"long_name": f"first contact {seen}"}),
-            "contact_onset_without": ((), found.without, {"long_name": f"no contact {seen}"}),
+            "contact_onset": ((), found.value, "1", f"first contact {seen}"),
+            "contact_onset_without": ((), found.without, "1", f"no contact {seen}"),
             "contact_onset_exponent": (
-                (), exponent, {"long_name": "Lyapunov exponent at the value before", "units": "1"}
+                (), exponent, "1", "Lyapunov exponent at the value before"
             ),
         }  # fmt: skip
 

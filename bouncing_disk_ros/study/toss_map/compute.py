@@ -16,7 +16,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.best_toss import Extreme, Ridge, bounded_measures, extreme, ridge
 from bouncing_disk_ros.maps.tosses import CODES, LOWEST, TossSetting, check_setting, toss
 from bouncing_disk_ros.parameters import DEFAULTS, Value
-from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Row, Study, variables
 
 ROWS = 64
 """Phase lags of one region."""
@@ -36,14 +36,6 @@ class TossMap(Study):
 
     name: ClassVar[str] = "toss_map"
     title: ClassVar[str] = "Single tosses over phase lag and amplitude angle"
-    added: ClassVar[Mapping[str, tuple[str, str]]] = {
-        "extreme_measure": ("1", "what is largest there"),
-        "extreme_phase_lag": ("rad", "phase lag of the extreme"),
-        "extreme_amplitude_angle": ("rad", "amplitude angle of the extreme"),
-        "extreme_airborne_speed": ("rad/s", "airborne speed at the extreme"),
-        "extreme_speed_ratio": ("1", "speed ratio at the extreme"),
-        "extreme_efficiency": ("1", "efficiency at the extreme"),
-    }
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)
@@ -105,10 +97,11 @@ class TossMap(Study):
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
         """Add the extremal points, found by refinement on the exact function."""
         best = self.extremes
-        return result.assign(
-            {f"extreme_{name}": ("extreme", [getattr(e, name) for e in best])
-             for name in Extreme._fields}
-        )  # fmt: skip
+        rows: dict[str, Row] = {
+            f"extreme_{name}": ("extreme", [getattr(one, name) for one in best], *about)
+            for name, about in _EXTREME.items()
+        }
+        return result.assign(variables(rows))
 
     @cached_property
     def extremes(self) -> list[Extreme]:
@@ -126,3 +119,14 @@ class TossMap(Study):
         starts = float(given["initial_angular_velocity"]), float(given["initial_forcing_phase"])
         still = starts[0] == 0.0 and math.remainder(starts[1] - LOWEST, math.tau) == 0.0
         return ridge(self.setting) if still and self.setting.disk.friction > 0.0 else None
+
+
+_EXTREME = {
+    "measure": ("1", "what is largest there"),
+    "phase_lag": ("rad", "phase lag of the extreme"),
+    "amplitude_angle": ("rad", "amplitude angle of the extreme"),
+    "airborne_speed": ("rad/s", "airborne speed at the extreme"),
+    "speed_ratio": ("1", "speed ratio at the extreme"),
+    "efficiency": ("1", "efficiency at the extreme"),
+}
+"""Fields of `Extreme` -> unit and what they are."""

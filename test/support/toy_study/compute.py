@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 import xarray as xr
 
-from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study
+from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Study, variables
 
 
 class Toy(Study):
@@ -16,7 +16,6 @@ class Toy(Study):
 
     name: ClassVar[str] = "toy"
     title: ClassVar[str] = "Squares of numbers"
-    added: ClassVar[Mapping[str, tuple[str, str]]] = {"sum": ("m2", "sum of the squares")}
 
     @property
     def axes(self) -> Mapping[str, Axis]:
@@ -40,4 +39,5 @@ class Toy(Study):
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:
         """Add their sum."""
-        return result.assign(sum=((), float(result["square"].sum())))
+        total = float(result["square"].sum())
+        return result.assign(variables({"sum": ((), total, "m2", "sum of the squares")}))
