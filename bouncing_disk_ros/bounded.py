@@ -78,8 +78,10 @@ class NewestRows:
 
     @property
     def rows(self) -> NDArray[np.void]:
-        """All rows held, a view: copy what shall stay while more are appended."""
-        return self._rows[self._first : self._end].view(self._dtype)
+        """All rows held, a view to read: copy what is changed, or stays while more are appended."""
+        found = self._rows[self._first : self._end].view(self._dtype)
+        found.flags.writeable = False
+        return found
 
     def append(self, rows: NDArray[np.void]) -> None:
         """Add rows at the end; the oldest fall out."""

@@ -154,7 +154,10 @@ def _columns(theirs: object) -> Columns:
         given = {name: theirs[name] for name in theirs.dtype.names}
     else:
         raise InputError("events", theirs, "a CSV file, or columns by name: time, position ...")
-    given = {_SYNONYMS.get(name, name): values for name, values in given.items()}
+    names = [_SYNONYMS.get(name, name) for name in given]
+    if len(set(names)) < len(names):
+        raise InputError("columns", ", ".join(map(str, given)), "one column of each quantity")
+    given = dict(zip(names, given.values(), strict=True))
     known = {name: given[name] for name in _COLUMNS if name in given}
     if "time" not in known:
         raise InputError("columns", ", ".join(map(str, given)), "time (s) among them")
@@ -186,6 +189,8 @@ def _read(path: Path) -> dict[str, list[Any]]:
         header = ["time", "position"][: len(rows[0])]
         if len(rows[0]) > 2:
             raise InputError("events", str(path), "a first row with the names of the columns")
+    if len(set(header)) < len(header):
+        raise InputError("columns", ", ".join(header), "one column of each name")
     if any(len(row) != len(header) for row in rows):
         allowed = f"{len(header)} values in each row, as in the first"
         raise InputError("events", str(path), allowed)

@@ -89,7 +89,7 @@ class RunRecord:
 
     @property
     def rows(self) -> NDArray[np.void]:
-        """All impacts that are held, IMPACT_DTYPE."""
+        """All impacts that are held, IMPACT_DTYPE, to read: copy them to change them."""
         return self.impacts.rows
 
     @property

@@ -44,6 +44,17 @@ def test_rows_are_found_by_their_time() -> None:
     assert len(table) == 0
 
 
+def test_rows_are_not_changed_by_those_who_read_them() -> None:
+    """A reader who set the times to 0 in place changed the record, and what is computed from it."""
+    table = NewestRows(DTYPE, 5)
+    table.append(rows(0, 3))
+    with pytest.raises(ValueError, match="read-only"):
+        table.rows["time"] -= 1.0
+    changed = table.rows.copy()
+    changed["time"] -= 1.0
+    assert table.rows["time"].tolist() == [0.0, 1.0, 2.0]
+
+
 def test_a_table_of_no_rows_counts_them() -> None:
     table = NewestRows(DTYPE, 0)
     table.append(rows(0, 3))

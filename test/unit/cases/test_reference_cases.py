@@ -266,6 +266,8 @@ def test_the_commands_list_compare_and_draw(
         ("drop", "time\nnan\n", "finite numbers"),
         ("drop", "time\n1_0\n", "time: got ['1_0'], allowed: numbers"),
         ("drop", "time,kind\n1,bounce\n", "kind: got 'bounce'"),
+        ("drop", "time,t\n1,2\n", "columns: got 'time, t', allowed: one column of each quantity"),
+        ("drop", "time,time\n1,2\n", "columns: got 'time, time', allowed: one column of each name"),
         ("drop", "1,2,3\n", "a first row with the names of the columns"),
         ("drop", "time\n1,2\n", "1 values in each row"),
         ("drop", "0,1\n1,1\n", "at least 4 instants"),
