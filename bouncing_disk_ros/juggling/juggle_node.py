@@ -172,6 +172,8 @@ class JuggleNode(Node):
         except InputError as error:
             self.get_logger().warning(error.line, once=True)
             return
+        if not len(rows):
+            return
         factor, last_ns = float(self._values["real_time_factor"]) or 1.0, rows["time"][-1] * NS
         for answer in self._loop.on_impacts(self._to_be_answered(rows)):
             late_ns = round((answer.begin_ns - round(last_ns)) / factor)

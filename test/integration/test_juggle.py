@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from array import array
 from collections.abc import Iterator
 from itertools import product
 from pathlib import Path
@@ -17,7 +18,7 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import PointCloud2
 
-from bouncing_disk_ros.core.model import InitialState
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, InitialState
 from bouncing_disk_ros.core.offset_extremes import newest_extremes
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
@@ -28,6 +29,7 @@ from bouncing_disk_ros.juggling.loop_settings import Sensor, period_one_points
 from bouncing_disk_ros.juggling.loop_verdict import Outcome
 from bouncing_disk_ros.juggling.simulated_loop import run_loop
 from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
+from bouncing_disk_ros.ros.conversions import impacts_to_msg
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 from support.coverage import in_soak
 from support.juggle_loops import (
@@ -157,6 +159,19 @@ def test_an_own_controller_is_used_and_a_wrong_one_refused(make: Make, tmp_path:
     node = juggler_of(simulator, controller=str(wrong))
     simulator.run(0.5)
     assert "cannot juggle: controller: got 'make_controller that returns int'" in node.status
+    simulator.close_node(node)
+
+
+def test_a_message_without_impacts_changes_nothing(make: Make) -> None:
+    """It ended the node."""
+    simulator = make(**motion_of(0.45)._asdict(), gravity=GRAVITY, restitution=0.5)
+    node = juggler_of(simulator)
+    status = node.status
+    node._on_impacts(PointCloud2())
+    empty = impacts_to_msg(np.zeros(1, IMPACT_DTYPE), 0)
+    empty.width, empty.row_step, empty.data = 0, 0, array("B")
+    node._on_impacts(empty)
+    assert node.status == status
     simulator.close_node(node)
 
 

@@ -79,6 +79,7 @@ _SLOW, _ROUGHLY = 0.1, 0.01
 of a chatter is not predicted to the last digit, and a throw cannot begin twice."""
 _LOW = 0.03  # a bounce slower than this is over before an answer
 _MOST = 200  # impacts until a plan arrives
+_MOST_MISSED = 100_000  # between two impacts that were heard: after more nothing is known
 _NEAR_PHASE, _NEAR_SPEED = 0.8, 0.4
 """How near to the orbit small-parameter feedback acts: rad and πg/ω."""
 
@@ -143,11 +144,13 @@ def arrival(
     state, solid = belief.copy(), belief[KIND] != RESTS
     if state[KIND] != UNKNOWN:
         until = t - _BEFORE * (t - belief[SINCE])
-        while True:
+        for missed in range(_MOST_MISSED):
             found, _, _ = next_event(settings[FORCING], memory[EPSILON], plan, state, until)
             if found == NOTHING:
+                solid = solid and missed == 0
                 break
-            solid = False
+        else:
+            return False, False, 0.0
     if state[KIND] == RESTS:
         return False, False, 0.0
     d = t - state[SINCE]

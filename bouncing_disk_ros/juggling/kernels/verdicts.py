@@ -31,7 +31,7 @@ def note_impact(
     nearest = math.inf
     for point in orbit:
         off, fast = abs(shortest_angle(phase, point[0])), abs(velocity - point[1])
-        if max(off, fast) < nearest:
+        if off < nearest and fast < nearest:  # NaN, of a velocity that is not known, is not near
             nearest = max(off, fast)
             tally[OFF_PHASE], tally[OFF_VELOCITY] = off, fast
     tally[COUNT] += 1

@@ -245,6 +245,24 @@ def test_limits_are_never_exceeded(
     assert simulation.time_ns > 0
 
 
+def test_a_velocity_that_is_not_known_is_not_near_the_orbit() -> None:
+    """Impacts without a velocity counted as captured."""
+    record, _ = simulated("deadbeat", 0.45)
+    rows = record.rows.copy()
+    assert "not captured" not in watched(rows, 0.45, "deadbeat", Sensor()).status
+    rows["axial_velocity"] = math.nan
+    assert "not captured" in watched(rows, 0.45, "deadbeat", Sensor()).status
+
+
+def test_after_an_age_without_impacts_a_controller_begins_anew() -> None:
+    """It followed in thought the impacts of years, one by one."""
+    juggler = Juggler("deadbeat", motion_of(0.45), disk_of())
+    for time in (1.0, 1.3):
+        juggler.on_impact(HeardImpact(time, 1.0 * SPEED), round(time * NS))
+    later = 1e8
+    assert juggler.on_impact(HeardImpact(later, 1.0 * SPEED), round(later * NS)) is not None
+
+
 def test_refusals() -> None:
     motion, disk = motion_of(0.45), disk_of()
     with pytest.raises(InputError, match=r"strategy: got 'deadbeet'.*deadbeat"):
