@@ -70,7 +70,9 @@ def tables_of(fit: ImpactFit) -> list[Table]:
 
 def _law_text(law: Law, fit: ImpactFit) -> str:
     least = min(one.criterion for one in fit.laws)
-    delta = f"ΔAICc {law.criterion - least:.2f}" if law.criterion < math.inf else "too few impacts"
+    delta = "no AICc of so few impacts"
+    if law.criterion < math.inf:
+        delta = f"ΔAICc {law.criterion - least:.2f}"
     shown = [f"{UNITS[name][0]} = {interval_text(found, UNITS[name][1])}"
              for name, found in law.parameters.items() if name != "drag"]  # fmt: skip
     told = ", told by these data" if law is other_law(fit.laws) else ""
