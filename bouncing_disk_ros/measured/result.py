@@ -51,7 +51,8 @@ class ImpactFit:
     `probability`: of residuals as odd as these if the model is true; nan with too few
     impacts, or if the residuals are rounding of the times. `possible`: probability that no flight
     goes below the platform. `other_frequency`: a frequency that the times fit better than the
-    one of the fit, Hz, or nan. `chance`: probability, at most, that hits of no law have flights as
+    one of the fit, Hz, or nan. `rival`: a multiple of the frequency that these data do not exclude,
+    Hz, or nan. `chance`: probability, at most, that hits of no law have flights as
     likely as these; nan with too few impacts. `second`: the fit of rejected hits, where they are
     flights of a second disk.
     `untold`: parameters that these data do not tell. `laws`: at rest, laws of the restitution with
@@ -75,6 +76,7 @@ class ImpactFit:
     probability: float
     possible: float
     other_frequency: float
+    rival: float
     chance: float
     second: ImpactFit | None
     untold: tuple[str, ...]
@@ -121,6 +123,8 @@ class ImpactFit:
             return f"two sequences: of {len(self.rejected)} rejected hits, some have ε = {other}"
         if self.other_frequency > 0.0:
             return f"the model does not hold: the times fit {self.other_frequency:.5g} Hz better"
+        if self.rival > 0.0:
+            return f"the model cannot be tested by these impacts: {self.rival:.5g} Hz explains them"
         if self.possible < LEVEL:
             what = "the model does not hold" if self.possible < REFUTED else "the model is doubtful"
             return f"{what}: flights go below the platform"
@@ -153,8 +157,12 @@ class ImpactFit:
             raise InputError("preset", "two sequences", "the hits of one disk", hint)
         if self.other_frequency > 0.0:
             allowed = f"{self.other_frequency:.5g} Hz, which the times fit better"
-            hint = "Is the frequency right? Was the disk in contact?"
+            hint = "Is the frequency right? Was the disk in contact? frequency_error fits it."
             raise InputError("preset", f"{self.frequency:g} Hz", allowed, hint)
+        if self.rival > 0.0:
+            given = f"{self.frequency:g} Hz, while {self.rival:.5g} Hz explains these impacts too"
+            allowed = "impacts that exclude multiples of the frequency"
+            raise InputError("preset", given, allowed, "Record a transient, or more impacts.")
         if self.possible < LEVEL:
             given = f"flights above the platform with the probability {self.possible:.2g}"
             hint = "The model does not hold: a contact was not found, or the frequency is wrong."

@@ -140,6 +140,15 @@ def test_the_law_of_the_restitution_is_told(
         assert criteria[name] - criteria["constant"] == pytest.approx(delta, abs=0.01)
 
 
+def test_seven_impacts_with_drag_are_no_constant_restitution() -> None:
+    """There is no AICc of so few, and ε was 0.793 to 0.799 in place of 0.8, with a preset."""
+    errors = 1e-5 * np.random.default_rng([200, 5]).standard_normal(7)
+    fit = fit_impacts(with_law(7, 2.2, 0.8, drag=0.05) + errors)
+    assert {law.criterion for law in fit.laws[1:]} == {math.inf}
+    with pytest.raises(InputError, match="drag, the interval of its parameter is without 0"):
+        _ = fit.preset
+
+
 def test_with_much_scatter_it_is_the_mean_of_ratios() -> None:
     """Errors of times that do not matter: ε has the t interval of independent restitutions."""
     times = at_rest(np.random.default_rng(7), 14, 1e-9, 0.01)
@@ -478,6 +487,7 @@ def test_what_refutes_the_model_leaves_no_preset(tmp_path: Path) -> None:
     for changes, words in (
         ({"probability": 0.0099}, r"preset: got 'residuals.*at least 0\.01"),
         ({"possible": 0.94}, r"above the platform with the probability 0\.94"),
+        ({"rival": 40.0}, r"preset: got '20 Hz, while 40 Hz explains these impacts too'"),
         ({"chance": 0.011}, r"hits of no law have with a probability up to 0\.011"),
     ):
         with pytest.raises(InputError, match=words):
@@ -549,6 +559,21 @@ def test_a_wrong_frequency_is_said_and_leaves_no_preset(part: float, count: int)
     except FailedError as error:  # rounding decides to which end a search with a wrong model comes
         said = str(error)
     assert re.search(r"the times fit (20|20\.00\d*|19\.99\d*) Hz better", said)
+
+
+@pytest.mark.parametrize(
+    ("seed", "error", "part"), [(6, 1e-5, 2.0), (4, 1e-5, 3.0), (7, 1e-4, 1.5)]
+)
+def test_a_multiple_of_the_frequency_is_said_and_leaves_no_preset(
+    seed: int, error: float, part: float
+) -> None:
+    """A short transient at 20 Hz: ε was 0.87, 0.90 and 0.98 in place of 0.5, with presets."""
+    times, _ = vibrating(np.random.default_rng([77, seed]), 8, 12, 0.45, 0.5, 0.003)
+    seen = np.sort(times[0] + error * np.random.default_rng([seed, 5]).standard_normal(12))
+    fit = fit_impacts(seen, frequency=20.0 * part)
+    assert fit.doubt == "the model does not hold: the times fit 20 Hz better"
+    with pytest.raises(InputError, match="preset"):
+        _ = fit.preset
 
 
 def test_a_better_frequency_is_named_where_no_model_fits() -> None:
