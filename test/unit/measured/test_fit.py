@@ -24,7 +24,7 @@ from bouncing_disk_ros.measured import fit_impacts as executable
 from bouncing_disk_ros.measured.goodness import probability_of
 from bouncing_disk_ros.measured.profiles import Data, Interval, Model, Profiles, interval_text
 from bouncing_disk_ros.measured.reading import recording_of
-from bouncing_disk_ros.measured.sequence import Chain
+from bouncing_disk_ros.measured.sequence import Chain, chain_of
 from bouncing_disk_ros.measured.settled_flights import periods_of, told_by
 from bouncing_disk_ros.measured.starts import first_values
 from bouncing_disk_ros.study.by_name import definition_of
@@ -439,6 +439,19 @@ def test_missed_and_false_impacts_are_found_by_the_law_of_flights() -> None:
         assert other.high - other.low < (one.high - one.low) * 1.1
         # their times: within the errors of times and of the flights around them, scatter 0.3 %
         assert fit.times[at] == pytest.approx(times[at], abs=0.01 * 0.45)
+
+
+def test_the_likeliest_chain_is_that_of_its_candidate_alone() -> None:
+    """Candidates that are left before their end could not have become the likeliest."""
+    rng = np.random.default_rng(5)
+    times = at_rest(rng, 30, 1e-4, 0.003, 0.92)
+    seen = np.sort(np.concatenate([np.delete(times, [3, 8]), rng.uniform(times[0], times[-1], 2)]))
+    tried = np.zeros((25, 6))
+    tried[:, 0] = np.linspace(0.5, 0.98, 25)
+    found = chain_of(seen, tried, GRAVITY)
+    alone = max((chain_of(seen, one[None], GRAVITY) for one in tried), key=lambda it: it.evidence)
+    assert found.is_like(alone)
+    assert found.evidence == alone.evidence
 
 
 def test_a_sequence_is_split_where_chatter_ends_in_contact() -> None:
