@@ -99,7 +99,7 @@ def _goodness_text(fit: ImpactFit) -> str:
     if fit.doubt and "residuals" not in fit.doubt:
         return verdict
     if math.isnan(fit.probability):
-        return "not told: too few impacts, or residuals that are rounding of the times"
+        return "not told: residuals are rounding of the times"
     return f"such residuals have the probability {fit.probability:.2g}: {verdict}"
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import InputError, one_line
 from bouncing_disk_ros.measured.bootstrap import bootstrapped
+from bouncing_disk_ros.measured.goodness import FEWEST
 from bouncing_disk_ros.measured.kernels.rest_laws import AMPLITUDE, FREQUENCY, PHASE, RESTITUTION
 from bouncing_disk_ros.measured.laws import Law, other_law
 from bouncing_disk_ros.measured.predict import Prediction
@@ -117,7 +118,7 @@ class ImpactFit:
 
     @property
     def doubt(self) -> str:
-        """Why the model is rejected or doubtful, in words; '' where nothing speaks against it."""
+        """Why the model is rejected, doubtful or not tested, in words; '' if it is not refuted."""
         if self.second is not None:
             other = interval_text(self.second["restitution"])
             return f"two sequences: of {len(self.rejected)} rejected hits, some have ε = {other}"
@@ -134,6 +135,8 @@ class ImpactFit:
             return "the model does not hold: of true ones, one in a hundred has such residuals"
         if self.probability < 1.0 - LEVEL:
             return "the model is doubtful: of true ones, one in twenty has such residuals"
+        if self.profiles.data.count <= max(len(self.profiles.model.free), FEWEST - 1):
+            return "the model cannot be tested by so few impacts"
         return ""
 
     @property

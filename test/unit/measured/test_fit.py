@@ -507,6 +507,14 @@ def test_what_refutes_the_model_leaves_no_preset(tmp_path: Path) -> None:
             _ = replace(fit, **changes).preset  # type: ignore[arg-type]
 
 
+def test_four_impacts_cannot_test_the_model(tmp_path: Path) -> None:
+    """Two equations for one restitution: a preset says so."""
+    fit = fit_impacts([0.3, 0.75, 1.0875, 1.3406], time_error=1e-4, scatter=0.0)
+    assert fit.doubt == "the model cannot be tested by so few impacts"
+    fit.write_preset(tmp_path / "fit.yaml")
+    assert f"# {fit.doubt}\n" in (tmp_path / "fit.yaml").read_text()
+
+
 def test_hits_of_no_law_have_no_model() -> None:
     """Five of nine hits at random are flights with ε = 0.53: so are others in most such files.
 
