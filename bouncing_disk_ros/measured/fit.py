@@ -58,6 +58,12 @@ _MOST_SCANNED = 120
 """Times in which another frequency is looked for: more frequencies are tried in longer ones."""
 _MOST_FREQUENCIES = 1000
 """Of those on either side of the given one, with frequency_error: each takes some milliseconds."""
+_MULTIPLES = (1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, 4 / 3, 3 / 2, 2.0, 3.0, 4.0)
+"""Of the frequency: the platform is at the same phase again after one to four periods."""
+_HOPELESS = 20.0
+"""Logarithm by which the chain of another frequency is less likely: that one is not fitted."""
+_SURE = 500.0
+"""Logarithm of odds: beyond it they are no finite number."""
 _HIGHEST = 1e3
 """Median height of flights, m: higher ones are taken for times in ms, where g is not fitted."""
 
@@ -181,7 +187,10 @@ class _Known:
         chain, data, profiles, draws = found
         rejected = np.delete(recording.times, chain.kept)
         parameters = self._parameters(profiles, draws)
-        other = self._other_frequency(recording, errors, profiles)
+        rival, odds = self._rival(recording, errors, found)
+        is_worse = odds >= 1.0 / REFUTED
+        other = rival if is_worse else self._other_frequency(recording, errors, profiles)
+        is_open = not is_worse and odds > REFUTED and self.phase is None  # a reference tells it
         better = f"the times fit {other:.5g} Hz better" if other > 0.0 else ""
         _check(recording.name, parameters["restitution"], better)
         is_told = profiles.degrees > 0 or profiles.data.is_absolute
@@ -203,7 +212,8 @@ class _Known:
             recording.name, self.frequency / math.tau, self.gravity, self.height, parameters, times,
             np.where(missed, np.nan, data.times[hits] - times), missed, rejected,
             flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0], contacts, probability,
-            part_possible(profiles, draws), other, self._chance(found, recording),
+            part_possible(profiles, draws), other, rival if is_open else math.nan,
+            self._chance(found, recording),
             self._second(recording, errors, chain),
             _untold(parameters) if is_told else tuple(parameters), laws,
             predicted(profiles, draws) if is_told else NOTHING, profiles, recording.sound,
@@ -256,9 +266,13 @@ class _Known:
 
     def _chance(self, found: _Sequence, recording: Recording) -> float:
         """Probability, at most, of flights as likely as these if the hits follow no law."""
+        return math.exp(-max(self._evidence(found, recording), 0.0))
+
+    def _evidence(self, found: _Sequence, recording: Recording) -> float:
+        """Logarithm of how much likelier these flights are than hits of no law; nan: not told."""
         chain, heard = found.chain, len(self._heard(recording.times))
         odd = heard - len(chain.kept) + len(chain.missed) + len(chain.contacts)
-        return math.exp(-max(evidence_of(found.profiles, odd), 0.0))
+        return evidence_of(found.profiles, odd)
 
     def _second(self, recording: Recording, errors: Array | None, chain: Chain) -> ImpactFit | None:
         """The fit of the hits that a chain leaves out; None where they are no flights.
@@ -326,11 +340,14 @@ class _Known:
     ) -> float:
         """What the times fit better than the given or fitted frequency, Hz, or nan.
 
-        Found by the equations, and confirmed by the likelihood of the same times.
+        Up to 2 % off, found by the equations, and confirmed by the likelihood of the same times.
+        Else nearby, where the given one is refuted at the level of a preset.
         """
         times = recording.times[:_MOST_SCANNED]
         if self.frequency == 0.0 or len(times) < _FEWEST:
             return math.nan
+        if FREQUENCY not in self.free and (near := profiles.refuted(FREQUENCY, REFUTED)):
+            return near / math.tau
         phase, used = self.phase and self.phase[0], float(profiles.estimate[FREQUENCY])
         found = other_frequency(times, used, self.gravity, phase)
         if found is None:
@@ -345,6 +362,45 @@ class _Known:
             costs.append(fitted.cost(fitted.best))
         is_better = costs[0] - costs[1] > -2.0 * math.log(REFUTED)
         return found / math.tau if is_better else math.nan
+
+    def _rival(
+        self, recording: Recording, errors: Array | None, found: _Sequence
+    ) -> tuple[float, float]:
+        """The multiple of the frequency that explains the hits best, Hz, and the odds for all.
+
+        Each of the multiples has its own chain and fit, and before the hits are heard the odds of
+        all of them together are one. nan where there is nothing to compare.
+        """
+        if self.frequency == 0.0 or found.profiles.degrees < 1:
+            return math.nan, math.nan
+        part = replace(recording, times=recording.times[:_MOST_SCANNED])
+        errors = None if errors is None else errors[:_MOST_SCANNED]
+        least = self._chain(part.times, [found.profiles.estimate]).evidence - _HOPELESS
+        likely: list[tuple[float, float]] = []
+        own = math.nan
+        for multiple in _MULTIPLES:
+            other = replace(self, frequency=multiple * self.frequency, frequency_error=0.0)
+            if other._chain(part.times, other._starts(part.times)).evidence < least:
+                continue
+            if math.isnan(own):
+                is_whole = len(recording.times) == len(part.times)
+                own = self._physical(found if is_whole else self._in_sequence(part, errors), part)
+            with contextlib.suppress(FailedError):
+                evidence = other._physical(other._in_sequence(part, errors), part)
+                if evidence > -math.inf:
+                    likely.append((evidence - own, other.frequency / math.tau))
+        if not likely:
+            return math.nan, 0.0
+        odds = [math.exp(min(evidence, _SURE)) / len(_MULTIPLES) for evidence, _ in likely]
+        return max(likely)[1], sum(odds)
+
+    def _physical(self, found: _Sequence, recording: Recording) -> float:
+        """The evidence of flights above the platform with a restitution from 0 to 1."""
+        restitutions = found.draws.parameters[:, RESTITUTION]
+        part = part_possible(found.profiles, found.draws)
+        part *= float(np.mean((restitutions >= 0.0) & (restitutions <= 1.0)))
+        evidence = self._evidence(found, recording)
+        return evidence + math.log(part) if part > 0.0 and evidence == evidence else -math.inf
 
     def _profiles(self, name: str, data: Data) -> Profiles:
         model = Model(self.free, self.gravity, self.scatter, self.phase)

@@ -24,6 +24,8 @@ from bouncing_disk_ros.measured.kernels.rest_laws import FREQUENCY, PHASE, VOID
 from bouncing_disk_ros.measured.profiles import Array, Node, Profiles
 
 SEED = 20091
+FEWEST = 3
+"""Residuals that can be like their neighbours, or not."""
 _DRAWS, _NUMBERS = 2000, 2_000_000
 """Most of draws, and of numbers in all of them."""
 
@@ -39,7 +41,7 @@ def probability_of(profiles: Profiles, speeds: Array) -> float:
     told = (data.kinds != VOID) & ~data.missed[2:]  # a missed impact takes its own residual
     told &= np.isfinite(speeds) & np.isfinite(white)
     count = int(told.sum())
-    if count < 3 or count <= len(taken):
+    if count < FEWEST or count <= len(taken):
         return math.nan
     size = float(np.sqrt(np.mean(white[told] ** 2)) * np.median(data.errors[~data.missed]))
     if size < 0.5 * len(data.times) * np.spacing(np.abs(data.times).max()):

@@ -21,16 +21,20 @@ class Law:
     """A law of the restitution.
 
     `parameters`: restitution (the constant, or at speed 0) and slope, s/m, or drag, 1/m, and
-    terminal_speed, m/s. `criterion`: AICc, inf with too few impacts for it.
+    terminal_speed, m/s. `criterion`: AICc, inf with too few impacts for it. `cost`: minus twice the
+    logarithm of the likelihood.
     """
 
     name: str
     text: str
     parameters: dict[str, Interval]
     criterion: float
+    cost: float
 
     def evidence(self, other: Law) -> str:
         """By how much the criterion of another law is larger, in words."""
+        if self.criterion == math.inf:
+            return "the interval of its parameter is without 0"
         return f"AICc lower by {other.criterion - self.criterion:.3g}"
 
     def curve(self, fastest: float, gravity: float) -> tuple[Array, Array]:
@@ -69,15 +73,16 @@ def laws_of(constant: Profiles) -> tuple[Law, ...]:
 def other_law(laws: Sequence[Law]) -> Law | None:
     """The law that these data tell in place of the constant one; None: they do not refute that.
 
-    Its AICc is lower, and the interval of its own parameter is without 0.
+    The interval of its own parameter is without 0, and its AICc is lower, where there is one.
     """
-    told = [law for law in laws[1:] if law.criterion < laws[0].criterion and not _may_be_0(law)]
-    return min(told, key=lambda law: law.criterion, default=None)
+    told = [law for law in laws[1:] if _is_without_0(law) and
+            (law.criterion < laws[0].criterion or law.criterion == math.inf)]  # fmt: skip
+    return min(told, key=lambda law: (law.criterion, law.cost), default=None)
 
 
-def _may_be_0(law: Law) -> bool:
+def _is_without_0(law: Law) -> bool:
     own = law.parameters["slope" if "slope" in law.parameters else "drag"]
-    return own.low <= 0.0 <= own.high
+    return own.low > 0.0 or own.high < 0.0
 
 
 def _fitted(constant: Profiles, model: Model) -> Profiles:
@@ -94,14 +99,14 @@ def _law(name: str, text: str, profiles: Profiles, own: tuple[int, ...]) -> Law:
         speeds = [math.sqrt(profiles.model.gravity / x) if x > 0.0 else math.inf
                   for x in (drag.value, drag.high, drag.low)]  # fmt: skip
         parameters |= {"drag": drag, "terminal_speed": Interval(*speeds)}
-    return Law(name, text, parameters, _criterion(profiles))
+    cost = min(profiles.cost(node) for node in profiles.nodes)
+    return Law(name, text, parameters, _criterion(profiles, cost), cost)
 
 
-def _criterion(profiles: Profiles) -> float:
+def _criterion(profiles: Profiles, cost: float) -> float:
     """AICc with the scale of errors and the scatter among the parameters, if they are fitted."""
     data, model = profiles.data, profiles.model
     count = len(model.free) + (not data.is_absolute) + (model.scatter is None)
     if data.count - count - 1 <= 0:
         return math.inf
-    least = min(profiles.cost(node) for node in profiles.nodes)
-    return least + 2.0 * count * data.count / (data.count - count - 1)
+    return cost + 2.0 * count * data.count / (data.count - count - 1)

@@ -70,7 +70,9 @@ def tables_of(fit: ImpactFit) -> list[Table]:
 
 def _law_text(law: Law, fit: ImpactFit) -> str:
     least = min(one.criterion for one in fit.laws)
-    delta = f"ΔAICc {law.criterion - least:.2f}" if law.criterion < math.inf else "too few impacts"
+    delta = "no AICc of so few impacts"
+    if law.criterion < math.inf:
+        delta = f"ΔAICc {law.criterion - least:.2f}"
     shown = [f"{UNITS[name][0]} = {interval_text(found, UNITS[name][1])}"
              for name, found in law.parameters.items() if name != "drag"]  # fmt: skip
     told = ", told by these data" if law is other_law(fit.laws) else ""
@@ -97,7 +99,7 @@ def _goodness_text(fit: ImpactFit) -> str:
     if fit.doubt and "residuals" not in fit.doubt:
         return verdict
     if math.isnan(fit.probability):
-        return "not told: too few impacts, or residuals that are rounding of the times"
+        return "not told: residuals are rounding of the times"
     return f"such residuals have the probability {fit.probability:.2g}: {verdict}"
 
 

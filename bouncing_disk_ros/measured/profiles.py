@@ -557,6 +557,22 @@ class Profiles:
 
         return distribution
 
+    def refuted(self, index: int, chance: float) -> float:
+        """The likeliest value of a parameter that is not free, if the data refute the given one.
+
+        0 if its interval with a probability of 1 - chance holds that, or there are too few data.
+        """
+        model = replace(self.model, free=(*self.model.free, index))
+        try:
+            freed = Profiles(self.data, model, self.estimate)
+        except np.linalg.LinAlgError:
+            return 0.0
+        if freed.degrees < 1 and not self.data.is_absolute:
+            return 0.0
+        costs = [min(one.cost(node) for node in one.nodes) for one in (self, freed)]
+        is_refuted = 1.0 - freed._share(1.0, costs[0] - costs[1]) < 0.5 * chance
+        return float(freed.best.p[index]) if is_refuted else 0.0
+
     def _slopes(self, node: Node, place: int) -> Array:
         """How the other free parameters follow one along its profile."""
         covariance = self.covariance(node)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import InputError, one_line
 from bouncing_disk_ros.measured.bootstrap import bootstrapped
+from bouncing_disk_ros.measured.goodness import FEWEST
 from bouncing_disk_ros.measured.kernels.rest_laws import AMPLITUDE, FREQUENCY, PHASE, RESTITUTION
 from bouncing_disk_ros.measured.laws import Law, other_law
 from bouncing_disk_ros.measured.predict import Prediction
@@ -51,7 +52,8 @@ class ImpactFit:
     `probability`: of residuals as odd as these if the model is true; nan with too few
     impacts, or if the residuals are rounding of the times. `possible`: probability that no flight
     goes below the platform. `other_frequency`: a frequency that the times fit better than the
-    one of the fit, Hz, or nan. `chance`: probability, at most, that hits of no law have flights as
+    one of the fit, Hz, or nan. `rival`: a multiple of the frequency that these data do not exclude,
+    Hz, or nan. `chance`: probability, at most, that hits of no law have flights as
     likely as these; nan with too few impacts. `second`: the fit of rejected hits, where they are
     flights of a second disk.
     `untold`: parameters that these data do not tell. `laws`: at rest, laws of the restitution with
@@ -75,6 +77,7 @@ class ImpactFit:
     probability: float
     possible: float
     other_frequency: float
+    rival: float
     chance: float
     second: ImpactFit | None
     untold: tuple[str, ...]
@@ -115,12 +118,14 @@ class ImpactFit:
 
     @property
     def doubt(self) -> str:
-        """Why the model is rejected or doubtful, in words; '' where nothing speaks against it."""
+        """Why the model is rejected, doubtful or not tested, in words; '' if it is not refuted."""
         if self.second is not None:
             other = interval_text(self.second["restitution"])
             return f"two sequences: of {len(self.rejected)} rejected hits, some have ε = {other}"
         if self.other_frequency > 0.0:
             return f"the model does not hold: the times fit {self.other_frequency:.5g} Hz better"
+        if self.rival > 0.0:
+            return f"the model cannot be tested by these impacts: {self.rival:.5g} Hz explains them"
         if self.possible < LEVEL:
             what = "the model does not hold" if self.possible < REFUTED else "the model is doubtful"
             return f"{what}: flights go below the platform"
@@ -130,6 +135,8 @@ class ImpactFit:
             return "the model does not hold: of true ones, one in a hundred has such residuals"
         if self.probability < 1.0 - LEVEL:
             return "the model is doubtful: of true ones, one in twenty has such residuals"
+        if self.profiles.data.count <= max(len(self.profiles.model.free), FEWEST - 1):
+            return "the model cannot be tested by so few impacts"
         return ""
 
     @property
@@ -153,8 +160,12 @@ class ImpactFit:
             raise InputError("preset", "two sequences", "the hits of one disk", hint)
         if self.other_frequency > 0.0:
             allowed = f"{self.other_frequency:.5g} Hz, which the times fit better"
-            hint = "Is the frequency right? Was the disk in contact?"
+            hint = "Is the frequency right? Was the disk in contact? frequency_error fits it."
             raise InputError("preset", f"{self.frequency:g} Hz", allowed, hint)
+        if self.rival > 0.0:
+            given = f"{self.frequency:g} Hz, while {self.rival:.5g} Hz explains these impacts too"
+            allowed = "impacts that exclude multiples of the frequency"
+            raise InputError("preset", given, allowed, "Record a transient, or more impacts.")
         if self.possible < LEVEL:
             given = f"flights above the platform with the probability {self.possible:.2g}"
             hint = "The model does not hold: a contact was not found, or the frequency is wrong."

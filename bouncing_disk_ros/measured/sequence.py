@@ -94,9 +94,10 @@ def at_rest(times: Array, gravity: float, dead_time: float = 0.0) -> Chain:
     """The likeliest chain on a platform at rest, for any restitution, also one ε - ε₁v."""
     fastest = 0.5 * gravity * float(np.diff(times).max(initial=0.0))
     slopes = _CHANGES / max(fastest, 1e-9)
-    found = chain_of(
-        times[:_FIRST], _still(np.linspace(0.02, 0.99, 98), slopes), gravity, dead_time
-    )
+    tried = np.linspace(0.02, 0.99, 98)
+    ratios = np.diff(times)[1:] / np.diff(times)[:-1]
+    tried = tried[np.argsort(np.abs(tried - np.median(ratios)), kind="stable")]  # likely ones first
+    found = chain_of(times[:_FIRST], _still(tried, slopes), gravity, dead_time)
     if len(times) <= _FIRST:
         return found
     near = found.parameters[RESTITUTION] + np.linspace(-0.01, 0.01, 5)

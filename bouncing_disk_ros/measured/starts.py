@@ -57,16 +57,15 @@ def other_frequency(
 ) -> float | None:
     """A frequency, rad/s, that the times fit better than the given one; None: there is none.
 
-    Tried are half, double, and all up to 2 % off, near enough for a turn of one rad in the whole
-    recording. The errors of the equations have Laplace's distribution: twice the logarithm of the
-    likelihood ratio is 2n times that of their mean sizes. Independent noise that is tried so often
-    would exceed the threshold with a probability of 1 %. Errors of neighbours are not independent,
-    and differ in size: the likelihood of the times has to confirm what is found.
+    Tried are all up to 2 % off, near enough for a turn of one rad in the whole recording. The
+    errors of the equations have Laplace's distribution: twice the logarithm of the likelihood ratio
+    is 2n times that of their mean sizes. Independent noise that is tried so often would exceed the
+    threshold with a probability of 1 %. Errors of neighbours are not independent, and differ in
+    size: the likelihood of the times has to confirm what is found.
     """
     step = 1.0 / (times[-1] - times[0])
     width = math.ceil(_OFF * frequency / step)
     tried = [frequency + step * k for k in range(-width, width + 1)]
-    tried += [0.5 * frequency, 2.0 * frequency]
 
     def cost(w: float) -> float:
         return float(_fitted(_Equations(times, w, gravity, None), phase)[0].min())

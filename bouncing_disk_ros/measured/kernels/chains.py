@@ -37,6 +37,8 @@ _GRID = 64
 """Points of a flight where its height is looked at."""
 _STEPS = 4
 """Of Newton's method, from the middle of a part: quadratic, so far below the least error."""
+_MOST = log(0.2 / _NARROW + 0.2 / _WIDE)
+"""That a hit can lower the cost: by the density at its landing."""
 _HOPELESS = 12.0
 """Chains to the same hit that cost more than the best by this are not followed."""
 _ARRAY, _PLACES = "float64[::1]", "int64[::1]"
@@ -214,11 +216,16 @@ def _chains(
     error: float,
     g: float,
     dead: float,
+    most: float,
     costs: NDArray[np.float64],
     takeoffs: NDArray[np.float64],
     sources: NDArray[np.int64],
 ) -> tuple[float, int, int]:
-    """Fill the slots of all hits (N, slots); the least cost, and the hit and slot where it ends."""
+    """Fill the slots of all hits (N, slots); the least cost, and the hit and slot where it ends.
+
+    It stops where no chain can cost less than `most` any more: a chain has one of the last hits, or
+    begins after them, or has ended, and each later hit lowers its cost by `_MOST` at most.
+    """
     costs[:], sources[:] = inf, -1
     separation = _separation(own, g)
     found, hit, end = inf, 0, 0
@@ -236,6 +243,9 @@ def _chains(
             cost = costs[j, slot] + ODD * (times.size - 1 - j)
             if cost < found and slot % _SLOTS != _CONTACT:  # a hit after a contact tells nothing
                 found, hit, end = cost, j, slot
+        least = min(ODD * j, costs[max(j - _SKIPPED + 1, 1) : j + 1].min())
+        if min(found, least - _MOST * (times.size - 1 - j)) >= most:
+            break
     return found, hit, end
 
 
@@ -265,11 +275,11 @@ def likeliest_chain(
     sources = np.empty((times.size, slots), np.int64)
     least, best = inf, 0
     for i in range(errors.size):
-        cost = _chains(times, candidates[i], errors[i], g, dead, costs, takeoffs, sources)[0]
+        cost = _chains(times, candidates[i], errors[i], g, dead, least, costs, takeoffs, sources)[0]
         if cost < least:
             least, best = cost, i
     own = candidates[best]
-    _, j, slot = _chains(times, own, errors[best], g, dead, costs, takeoffs, sources)
+    _, j, slot = _chains(times, own, errors[best], g, dead, inf, costs, takeoffs, sources)
     found[:] = 0
     found[0], found[1], kept[0] = best, 1, j
     while j >= 0:
