@@ -32,9 +32,9 @@ demo: run-environment   ## set up (minutes, once), then run the demonstration (h
 workbench: run-environment   ## set up, start a simulator and serve the workbench, a page in the browser
 	@$(BIN)/python -m bouncing_disk_ros workbench
 
-# pytest rewrites the tests' sources and keeps them: on a core that mypy leaves idle, not in each worker.
+# pytest rewrites the tests' sources and keeps them: the first time on a core that mypy leaves idle, not in each worker.
 test: lint   ## set up, then run every check and the whole test suite, on all cores
-	@$(BIN)/pytest --collect-only -qq > /dev/null 2>&1 & $(BIN)/mypy; types=$$?; wait; exit $$types
+	@test -d test/__pycache__ || $(BIN)/pytest --collect-only -qq > /dev/null 2>&1 & $(BIN)/mypy; types=$$?; wait; exit $$types
 	$(BIN)/pytest -n $(WORKERS) --dist worksteal
 
 lint: test-environment   ## check style and layout of the code (ruff)

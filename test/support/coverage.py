@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from scipy.stats import binom
+import scipy  # its parts are loaded where they are first used
 
 from reference.cases import examples
 
@@ -21,7 +21,7 @@ def in_soak(*cases: Any) -> list[Any]:
 
 def least_hits(trials: int, chance: float, miss: float) -> int:
     """The number of hits that is fallen short of with a chance of at most `miss`."""
-    return int(binom.ppf(miss, trials, chance))
+    return int(scipy.stats.binom.ppf(miss, trials, chance))
 
 
 FALSE_ALARM, UNSEEN = 1e-5, 0.01

@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal
 
 from support.impact_sounds import Sound
 
@@ -51,7 +51,7 @@ def random_recording(rng: Generator) -> tuple[Sound, float]:
     clean, heard = _hits(rng, ball, times, speeds, rate, count)
     room = _room(rng, rate) if rng.random() < 0.8 else np.ones(1)
     loudest = float(np.abs(clean).max())
-    clean = signal.fftconvolve(clean / loudest, room)[:count]
+    clean = scipy.signal.fftconvolve(clean / loudest, room)[:count]
     other = 10.0 ** rng.uniform(-3.7, -2.0) * _coloured(rng, count)
     other += rng.choice([0.0, 3e-3, 0.02]) * _hum(rng, count, rate)
     other += _beside(rng, times, count, rate, room)
@@ -100,7 +100,7 @@ def _hits(
     contact, power = float(rng.uniform(*ball.contact)), rng.uniform(0.9, 1.2)
     wander = rng.uniform(0.05, 0.4)
     clean, firsts = np.zeros(count), []
-    low = signal.butter(3, 0.45 * rate, fs=rate * _FINER, output="sos")
+    low = scipy.signal.butter(3, 0.45 * rate, fs=rate * _FINER, output="sos")
     tail = 10.0 * float(decays.max())
     at = np.arange(0.0, tail + 0.01, 1.0 / (rate * _FINER))
     rings = np.exp(-at[:, None] / decays) * np.sin(math.tau * modes * at[:, None])
@@ -110,8 +110,8 @@ def _hits(
         begin = first / rate - time
         width = contact * speed**-0.2
         force = np.sin(math.pi * at[at < width] / width) ** 1.5
-        one = signal.oaconvolve(force, rings @ own)[: len(at)] / force.sum()
-        one = signal.sosfilt(low, one)
+        one = scipy.signal.oaconvolve(force, rings @ own)[: len(at)] / force.sum()
+        one = scipy.signal.sosfilt(low, one)
         places = np.arange(min(round((tail + 0.005) * rate), count - first))
         shown = np.interp((places / rate + begin) * rate * _FINER, np.arange(len(one)), one)
         clean[first : first + len(shown)] += speed**power * shown
@@ -123,7 +123,7 @@ def _room(rng: Generator, rate: float) -> Array:
     """Direct sound, the first walls, and a dense tail from 3 to 15 ms on."""
     time = rng.uniform(0.15, 0.7)
     at = np.arange(round(time * rate)) / rate
-    tail = signal.lfilter([0.5], [1.0, -0.5], rng.standard_normal(len(at)))
+    tail = scipy.signal.lfilter([0.5], [1.0, -0.5], rng.standard_normal(len(at)))
     tail = tail * np.exp(-6.9 * at / time) * (at > rng.uniform(0.003, 0.015))
     response = 10.0 ** rng.uniform(-1.2, -0.3) * tail / math.sqrt(float(np.sum(tail**2)))
     for _ in range(int(rng.integers(0, 7))):
@@ -165,17 +165,17 @@ def _beside(rng: Generator, times: Array, count: int, rate: float, room: Array) 
     first = round((times[-1] + 0.03) * rate)
     if after == "rolling":
         length = count - first
-        noise = signal.lfilter([0.1], [1.0, -0.9], rng.standard_normal(length))
+        noise = scipy.signal.lfilter([0.1], [1.0, -0.9], rng.standard_normal(length))
         noise *= 1.0 + 0.5 * np.sin(math.tau * rng.uniform(5.0, 15.0) * np.arange(length) / rate)
         _put(found, 10.0 ** rng.uniform(-3.0, -1.7) * noise / np.std(noise), first)
     if after == "caught":
         at = np.arange(round(0.1 * rate)) / rate
-        noise = signal.lfilter([0.3], [1.0, -0.7], rng.standard_normal(len(at)))
+        noise = scipy.signal.lfilter([0.3], [1.0, -0.7], rng.standard_normal(len(at)))
         shape = (1.0 - np.exp(-at / 3e-3)) * np.exp(-at / rng.uniform(0.01, 0.03))
         _put(found, 10.0 ** rng.uniform(-2.0, -0.5) * noise / np.std(noise) * shape, first)
     if after == "speaks":
         _put(found, 10.0 ** rng.uniform(-1.3, 0.0) * voice(rng, count - first, rate), first)
-    return np.asarray(signal.fftconvolve(found, room)[:count])
+    return np.asarray(scipy.signal.fftconvolve(found, room)[:count])
 
 
 def _put(found: Array, part: Array, place: int) -> None:
@@ -206,11 +206,11 @@ def voice(rng: Generator, count: int, rate: float) -> Array:
         shape = np.minimum(at / rng.uniform(0.01, 0.05), 1.0) * np.minimum(
             (length - at) / 0.05, 1.0
         )
-        part = signal.lfilter([1.0], [1.0, -0.95], pulses)
+        part = scipy.signal.lfilter([1.0], [1.0, -0.95], pulses)
         for middle in (rng.uniform(300, 800), rng.uniform(900, 2200), rng.uniform(2300, 3200)):
             radius = math.exp(-math.pi * rng.uniform(60.0, 150.0) / rate)
             turn = 2.0 * radius * math.cos(math.tau * middle / rate)
-            part = signal.lfilter([1.0 - radius], [1.0, -turn, radius**2], part)
+            part = scipy.signal.lfilter([1.0 - radius], [1.0, -turn, radius**2], part)
         part = np.diff(part, prepend=0.0) * shape
         part *= rng.uniform(0.3, 1.0) / max(float(np.abs(part).max()), 1e-12)
         before = rng.choice(["", "burst", "hiss"])
@@ -232,8 +232,8 @@ def voice(rng: Generator, count: int, rate: float) -> Array:
 
 def _decibels(clean: Array, other: Array, firsts: list[int], rate: float) -> Array:
     """Peak of each hit over what is heard 10 ms before it, above 300 Hz."""
-    high = signal.butter(2, 300.0, "highpass", fs=rate, output="sos")
-    heard, whole = signal.sosfilt(high, clean), signal.sosfilt(high, clean + other)
+    high = scipy.signal.butter(2, 300.0, "highpass", fs=rate, output="sos")
+    heard, whole = scipy.signal.sosfilt(high, clean), scipy.signal.sosfilt(high, clean + other)
     found = []
     for first, following in zip(firsts, [*firsts[1:], len(clean)], strict=True):
         before = whole[max(first - round(0.01 * rate), 0) : first]

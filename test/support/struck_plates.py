@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import signal
 
 from support.impact_sounds import Sound, drop_times
 
@@ -34,7 +34,7 @@ def random_plate(rng: np.random.Generator) -> tuple[Sound, float]:
     count = round((times[-1] + 0.4) * rate)
     clean = np.zeros(count)
     dry = _room(rng, rate) if rng.random() < 0.6 else np.ones(1)
-    band = signal.butter(2, [0.6 * modes[0], min(1.6 * modes[-1], 0.49 * rate)], "bandpass",
+    band = scipy.signal.butter(2, [0.6 * modes[0], min(1.6 * modes[-1], 0.49 * rate)], "bandpass",
                          fs=rate, output="sos")  # fmt: skip
     quiet = 10.0 ** rng.uniform(-3.0, -1.2)
     noises = quiet * (_pink(rng, count) if rng.random() < 0.6 else _voice(rng, count, rate))
@@ -44,14 +44,14 @@ def random_plate(rng: np.random.Generator) -> tuple[Sound, float]:
         first = math.ceil(time * rate)
         places = (np.arange(first, count) / rate - time) * rate * _FINER
         own = level * np.interp(places, np.arange(len(one)), one, right=0.0)
-        own = signal.fftconvolve(own, dry)[: len(own)] if len(dry) > 1 else own
+        own = scipy.signal.fftconvolve(own, dry)[: len(own)] if len(dry) > 1 else own
         heard.append((first, own))
     decibels = []
     for first, own in heard:
-        before = signal.sosfiltfilt(band, clean + noises)[
+        before = scipy.signal.sosfiltfilt(band, clean + noises)[
             max(first - round(0.01 * rate), 0) : first
         ]
-        hit = signal.sosfiltfilt(band, own[: round(0.05 * rate)])
+        hit = scipy.signal.sosfiltfilt(band, own[: round(0.05 * rate)])
         rms = math.sqrt(float(np.mean(before**2)) + 1e-30)
         decibels.append(20.0 * math.log10(float(np.abs(hit).max()) / rms))
         clean[first:] += own
@@ -70,8 +70,8 @@ def _struck(
     for i, mode in enumerate(modes):
         ring = np.exp(-at / (decay / (1.0 + i))) * np.sin(math.tau * mode * at)
         rings += rng.uniform(0.3, 1.0) / (1.0 + i) * ring
-    low = signal.butter(3, 0.45 * rate, fs=rate * _FINER, output="sos")
-    sound = signal.sosfilt(low, signal.fftconvolve(force, rings)[: len(at)])
+    low = scipy.signal.butter(3, 0.45 * rate, fs=rate * _FINER, output="sos")
+    sound = scipy.signal.sosfilt(low, scipy.signal.fftconvolve(force, rings)[: len(at)])
     return np.asarray(sound / np.abs(sound).max())
 
 
@@ -79,7 +79,8 @@ def _room(rng: np.random.Generator, rate: float) -> Array:
     """Direct sound, a few walls, and from 15 ms on a tail whose high notes fall first."""
     time = rng.uniform(0.15, 0.6)
     at = np.arange(round(time * rate)) / rate
-    tail = signal.lfilter([0.5], [1.0, -0.5], rng.laplace(size=len(at))) * np.exp(-6.9 * at / time)
+    tail = scipy.signal.lfilter([0.5], [1.0, -0.5], rng.laplace(size=len(at)))
+    tail *= np.exp(-6.9 * at / time)
     tail[at < 0.015] = 0.0
     response = rng.uniform(0.02, 0.15) * tail / math.sqrt(float(np.sum(tail**2)))
     for _ in range(int(rng.integers(1, 6))):
@@ -106,8 +107,8 @@ def _voice(rng: np.random.Generator, count: int, rate: float) -> Array:
     pitch = 120.0 * (1.0 + 0.1 * np.sin(math.tau * 0.7 * at))
     phase = math.tau * np.cumsum(pitch) / rate
     buzz = sum(np.sin(n * phase + rng.uniform(0.0, 6.3)) / n for n in range(1, 25))
-    mouth = signal.butter(2, [150.0, 3500.0], "bandpass", fs=rate, output="sos")
-    sound = signal.sosfilt(mouth, buzz + 0.3 * rng.standard_normal(count))
+    mouth = scipy.signal.butter(2, [150.0, 3500.0], "bandpass", fs=rate, output="sos")
+    sound = scipy.signal.sosfilt(mouth, buzz + 0.3 * rng.standard_normal(count))
     syllables = 0.05 + np.maximum(np.sin(math.tau * 4.0 * at + rng.uniform(0.0, 6.3)), 0.0) ** 2
     sound = sound * syllables
     return np.asarray(sound / np.std(sound))

@@ -15,7 +15,7 @@ LINE = '    "toy": ("toy_study.options", "square some numbers"),\n'
 #: the package as it is with that line in its list, and the toy's folder in it
 ADD = """
 import sys, types
-file, line, tests = sys.argv[1:4]
+file, line, tests, output = sys.argv[1:]
 module = types.ModuleType("bouncing_disk_ros.executables")
 head, begin, rest = open(file).read().partition("STUDIES: dict[str, tuple[str, str]] = {\\n")
 sys.modules[module.__name__] = module
@@ -29,9 +29,11 @@ HELP = """
 sys.argv = ["bouncing_disk_ros", "toy", "--help"]
 try:
     main()
-finally:
-    slow = {"rclpy", "numba", "numpy", "matplotlib", "xarray"} & set(sys.modules)
-    print("slow:", *slow)
+except SystemExit as end:
+    assert end.code == 0
+slow = {"rclpy", "numba", "numpy", "matplotlib", "xarray"} & set(sys.modules)
+assert not slow, slow
+print("end of the help")
 """
 USED = """
 import inspect
@@ -64,31 +66,25 @@ for given, words in (
         assert words in error.line, error.line
     else:
         raise AssertionError(given)
-options = ["-p", "count:=3", "-p", f"output:={sys.argv[4]}"]
+options = ["-p", "count:=3", "-p", f"output:={output}"]
 sys.argv = ["bouncing_disk_ros", "toy", "--ros-args", *options]
 sys.exit(main())
 """
 
 
-def output(code: str, *arguments: str) -> str:
-    command = [sys.executable, "-c", ADD + code, str(ROOT / "bouncing_disk_ros/executables.py")]
-    command += [LINE, str(ROOT / "test"), *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
+def test_a_new_study_has_help_a_command_a_function_units_and_a_table(tmp_path: Path) -> None:
+    """All in one process: its help, before anything slow is imported, then the rest."""
+    executables = str(ROOT / "bouncing_disk_ros/executables.py")
+    command = [sys.executable, "-c", ADD + HELP + USED, executables, LINE, str(ROOT / "test")]
+    done = subprocess.run(
+        [*command, str(tmp_path)], capture_output=True, text=True, timeout=100, check=False
+    )
     assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
-def test_help_of_a_new_study_is_made_of_its_definition_alone() -> None:
-    said = output(HELP)
-    assert "Squares of numbers." in said
-    assert "largest (double, default 3 m)" in said
-    assert "  output (string, default '')" in said
-    assert "  bag (" not in said
-    assert said.endswith("slow:\n")
-
-
-def test_a_new_study_has_a_command_a_function_units_and_a_table(tmp_path: Path) -> None:
-    said = output(USED, str(tmp_path))
+    help_text, _, said = done.stdout.partition("end of the help\n")
+    assert "Squares of numbers." in help_text
+    assert "largest (double, default 3 m)" in help_text
+    assert "  output (string, default '')" in help_text
+    assert "  bag (" not in help_text
     assert "  sum of squares 11.25 m²\n" in said
     assert {path.name for path in tmp_path.iterdir()} >= {"toy.png", "result.nc", "result.zarr"}
 
