@@ -51,7 +51,9 @@ def apply_request(request: Request, arrive: Arrive) -> Accepted:
         case TrajectoryRequest():
             validate_trajectory(request)
             session, instant = arrive()
-            splice = schedule_trajectory(request, instant, session.latest_offset, session.values)
+            splice = schedule_trajectory(
+                request, instant, session.latest_offset, session.latest_values
+            )
             session.trajectory(splice)
             line = describe_trajectory(splice)
         case ImpulseRequest():

@@ -64,7 +64,7 @@ class Loop:
         self._states, self._speeds = self._grids(self.session.time_ns)
 
     def _grids(self, after_ns: int) -> tuple[Grid, Grid]:
-        values = self.session.values
+        values = self.session.latest_values
         names = ("state_rate", "rotor_speed_rate")
         first, second = (Grid(float(values[name]), after_ns) for name in names)
         return first, second

@@ -248,7 +248,7 @@ def performed(
 ) -> Iterator[ProgrammeRequest | TrajectoryRequest]:
     """`requests_of` in simulated time, from the first instant at which the phase is aligned."""
     motion = session.simulation.motion_in_force
-    crossfade_ns = nanoseconds(float(session.values["crossfade_duration"]))
+    crossfade_ns = nanoseconds(float(session.latest_values["crossfade_duration"]))
     return requests_of(
         programme, motion.target, start_of(programme, motion, earliest_ns, crossfade_ns)
     )

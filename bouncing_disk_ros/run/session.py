@@ -44,6 +44,7 @@ class WaitingInput(NamedTuple):
     cuts_chatter: bool  # it changes the state itself: see Simulation.resolve_due
     target: Motion | None  # the newest accepted motion after it; None: as before
     offset: Offset | None = None  # the offsets accepted with it; None: as before
+    values: Mapping[str, Value] | None = None  # the parameters that it sets; None: none
 
 
 def motion_of(values: Mapping[str, Value]) -> Motion:
@@ -129,6 +130,14 @@ class Session:
         return targets[-1] if targets else self.simulation.latest_target
 
     @property
+    def latest_values(self) -> Mapping[str, Value]:
+        """The newest accepted parameters: those that waiting inputs set too."""
+        found: Mapping[str, Value] = self.values
+        for item in self._waiting:
+            found = {**found, **(item.values or {})}
+        return found
+
+    @property
     def latest_offset(self) -> Offset:
         """The offset with all accepted trajectories, waiting ones too."""
         offsets = [item.offset for item in self._waiting if item.offset is not None]
@@ -189,8 +198,9 @@ class Session:
         cuts_chatter: bool = False,
         target: Motion | None = None,
         offset: Offset | None = None,
+        values: Mapping[str, Value] | None = None,
     ) -> None:
-        self._waiting.append(WaitingInput(act, cuts_chatter, target, offset))
+        self._waiting.append(WaitingInput(act, cuts_chatter, target, offset, values))
         self.resolve_waiting()
 
     def _gather(self, rows: NDArray[Any]) -> None:
@@ -250,7 +260,7 @@ class Session:
             self.simulation.set_parameters(values, disk)
             self._note("parameters", self.time_ns, values=dict(values), disk=disk._asdict())
 
-        self._submit(act, cuts_chatter=not values.keys().isdisjoint(Disk._fields))
+        self._submit(act, not values.keys().isdisjoint(Disk._fields), values=values)
 
     def set_paused(self, paused: bool) -> None:
         """Pause or resume; the state does not change."""
@@ -266,7 +276,8 @@ class Session:
 
     def reset(self) -> None:
         """Back to the initial state and motion of the parameters; time and cycles go on."""
-        initial, motion = initial_of(self.values), motion_of(self.values)
+        values = self.latest_values
+        initial, motion = initial_of(values), motion_of(values)
 
         def act() -> None:
             self.simulation.reset(initial, motion)
@@ -287,7 +298,7 @@ class Session:
         )
 
     def _crossfade_ns(self) -> int:
-        seconds = float(self.values["crossfade_duration"])
+        seconds = float(self.latest_values["crossfade_duration"])
         return max(1, nanoseconds(seconds)) if seconds > 0.0 else 0
 
     def _note(self, kind: str, time_ns: int, **fields: Any) -> None:

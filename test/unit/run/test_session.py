@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.model import Motion, join_rows
+from bouncing_disk_ros.core.model import Motion, Sample, join_rows
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run import input_records as records_of
+from bouncing_disk_ros.run.loop import Loop
 from bouncing_disk_ros.run.session import MAX_INPUTS_BETWEEN_SNAPSHOTS, Session
 from bouncing_disk_ros.units import NS
 from support.replayed import replayed
@@ -112,6 +114,37 @@ def test_an_input_waits_until_its_instant_is_resolved() -> None:
     assert [record["time_ns"] for record in records[before:]] == [1, 2]
     again = replayed(through_json(records), 2)[0]
     assert again.tobytes() == join_rows(session.take_rows()).tobytes()
+
+
+class Nobody:
+    """A sink that keeps nothing."""
+
+    def sample(self, sample: Sample) -> None:
+        """Leave a sample."""
+
+    def speed(self, first: Sample, second: Sample) -> None:
+        """Leave a speed."""
+
+    def impacts(self, rows: NDArray[Any]) -> None:
+        """Leave rows."""
+
+
+def test_what_comes_after_waiting_parameters_has_their_values() -> None:
+    """A reset behind them went to the old start; a rate was never taken over."""
+    session, records = dense()
+    session.advance(1, 10)
+    loop = Loop(session, Nobody())
+    session.set_parameters({"initial_height": 0.2, "crossfade_duration": 0.7, "state_rate": 7.0})
+    loop.set_rates()
+    session.command([(5 * NS, Motion(0.03, 0.1, 3.0, 0.0))])
+    session.reset()
+    assert session.waiting == 3
+    while not session.resolve_waiting(1_000_000):
+        pass
+    motion, reset = records[-2:]
+    assert motion["crossfade_ns"] == 700_000_000
+    assert reset["initial"]["height"] == 0.2
+    assert loop.next_sample_ns == round(NS / 7.0)
 
 
 def test_a_pause_waits_in_its_place() -> None:
