@@ -15,8 +15,8 @@ import os
 import shutil
 import stat
 import warnings
-from collections.abc import Mapping
-from functools import cache
+from collections.abc import Callable, Mapping
+from functools import cache, partial
 from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -238,6 +238,7 @@ class Store:
             raise InputError("output", str(path), "a folder that can be written", str(error)) from (
                 error
             )
+        self._opened_arrays: dict[str, zarr.Array] = {}
         self._done: NDArray[np.uint8] = np.asarray(self._group[DONE][:])
 
     def _identity(self) -> dict[str, Any]:
@@ -312,16 +313,14 @@ class Store:
             draft.unlink(missing_ok=True)
         draft.mkdir(parents=True)  # fails where a link has taken its place
         study = self._study
-        group = zarr.open_group(str(draft), mode="w-")
-        group.attrs.update(
-            {
-                "identity": self._identity(),
-                "title": study.title,
-                "source": f"{PACKAGE} {bouncing_disk_ros.__version__}",
-                REGIONS: list(study.chunks.items()),
-                **{f"parameter_{name}": value for name, value in study.parameters.items()},
-            }
-        )
+        attributes = {  # all at once: each one set later writes all metadata again
+            "identity": self._identity(),
+            "title": study.title,
+            "source": f"{PACKAGE} {bouncing_disk_ros.__version__}",
+            REGIONS: list(study.chunks.items()),
+            **{f"parameter_{name}": value for name, value in study.parameters.items()},
+        }
+        group = zarr.open_group(str(draft), mode="w-", attributes=attributes)
         for name, array in self._arrays().items():
             _create_array(group, name, *array)
         self._write_axes(group)
@@ -367,17 +366,23 @@ class Store:
 
     def put(self, region: Region, arrays: Arrays) -> None:
         """Put a region into the store, on any thread; it counts when it is marked."""
-        put(self._group, self._study, region, arrays)
+        put(self._array, self._study, region, arrays)
 
     def mark(self, region: Region) -> None:
         """Mark a region that is in the store as done."""
-        self._group[DONE][region.number] = 1
+        self._array(DONE)[region.number] = 1
         self._done[region.number] = 1
+
+    def _array(self, name: str) -> zarr.Array:
+        """An array to be written, opened once: to open it takes as long as to write a part."""
+        if name not in self._opened_arrays:
+            self._opened_arrays[name] = _writing(self._group, name)
+        return self._opened_arrays[name]
 
     def read(self, region: Region) -> Arrays:
         """A region that is in the store."""
         return {
-            name: np.asarray(self._group[name][region.select(field.dims)])
+            name: np.asarray(self._array(name)[region.select(field.dims)])
             for name, field in self._study.fields.items()
         }
 
@@ -428,12 +433,14 @@ def _unpacked(packed: NDArray[np.uint8], about: list[tuple[str, str, list[int]]]
     return found
 
 
-def put(group: zarr.Group | str, study: Study, region: Region, arrays: Arrays) -> None:
-    """Put a region into the group of a store, or into its folder: another process has no store."""
-    if isinstance(group, str):
-        group = zarr.open_group(group, mode="r+")
+def put(
+    store: Callable[[str], zarr.Array] | str, study: Study, region: Region, arrays: Arrays
+) -> None:
+    """Put a region into the arrays of a store, or into its folder: another process has no store."""
+    if isinstance(store, str):
+        store = partial(_writing, zarr.open_group(store, mode="r+"))
     for name, field in study.fields.items():
-        _writing(group, name)[region.select(field.dims)] = arrays[name]
+        store(name)[region.select(field.dims)] = arrays[name]
 
 
 def _writing(group: zarr.Group, name: str) -> zarr.Array:
