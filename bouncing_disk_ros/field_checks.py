@@ -44,8 +44,8 @@ def numbers(
 
     try:
         found = np.asanyarray(value)
-        known = found.dtype.kind in "iuf" and not np.ma.is_masked(found)
-        if known or (found.dtype.kind == "O" and not any(map(_is_no_number, found.flat))):
+        objects = found.dtype.kind == "O" and not any(map(_is_no_number, found.flat))
+        if (objects or found.dtype.kind in "iuf") and not np.ma.is_masked(found):
             return np.require(found, np.float64, ["C", "W", "E"])
     except (TypeError, ValueError, OverflowError):
         pass

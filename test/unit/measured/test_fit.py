@@ -728,6 +728,7 @@ def test_a_text_that_cannot_be_used_is_one_line(tmp_path: Path, text: str, messa
     "times",
     [
         np.ma.masked_array([0.1, 0.5, 0.6, 0.8], [False, False, True, False]),
+        np.ma.masked_array(np.array([0.1, 0.5, 0.6], object), [False, False, True]),
         np.array([0.1, 0.5, 0.8]) + 1.0j,
         np.array([100, 500, 800], "m8[ms]"),
         np.array([False, True]),
