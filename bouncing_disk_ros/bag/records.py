@@ -10,10 +10,12 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from io import BytesIO
 from typing import TypeVar
 
 from mcap.data_stream import ReadDataStream, RecordBuilder
+from mcap.opcode import Opcode
 from mcap.records import (
     AttachmentIndex,
     Channel,
@@ -36,6 +38,7 @@ MAGIC = b"\x89MCAP0\r\n"
 """The first and the last bytes of a file."""
 HEAD = struct.Struct("<BQ")
 """Opcode and length before the content of every record."""
+_LENGTH = struct.Struct("<Q")
 INDEX_HEAD = struct.Struct("<HI")
 """Channel and bytes before the entries of a message index, of 16 bytes each."""
 MESSAGE = struct.Struct("<BQHIQQ")
@@ -165,3 +168,11 @@ def record(row: McapRecord) -> bytes:
     builder = RecordBuilder()
     row.write(builder)
     return bytes(builder.end())
+
+
+def chunk_record(chunk: Chunk) -> tuple[bytes, bytes]:
+    """The bytes of the record of a chunk: what is before its data, and the data, not copied."""
+    before = record(replace(chunk, data=b""))[HEAD.size : -_LENGTH.size]
+    length = _LENGTH.pack(len(chunk.data))
+    head = HEAD.pack(Opcode.CHUNK, len(before) + len(length) + len(chunk.data))
+    return head + before + length, chunk.data

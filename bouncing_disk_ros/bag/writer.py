@@ -48,6 +48,7 @@ from bouncing_disk_ros.bag.records import (
     MAGIC,
     MARK,
     MESSAGE,
+    chunk_record,
     parts,
     record,
     without_repeats,
@@ -119,11 +120,12 @@ class Latched:
 
 # --- one file of a bag ----------------------------------------------------------------------------
 PROFILE = "ros2"
-COMPRESSIONS: dict[str, Callable[[bytes], bytes]] = {
-    "zstd": zstandard.compress,
-    "lz4": lz4.frame.compress,
-    "none": bytes,
+COMPRESSIONS: dict[str, Callable[[], Callable[[bytes], bytes]]] = {
+    "zstd": lambda: zstandard.ZstdCompressor().compress,
+    "lz4": lambda: lz4.frame.compress,
+    "none": lambda: bytes,
 }
+"""Makers of what compresses the chunks of one file, one after the other, with memory of its own."""
 
 
 @dataclass(frozen=True)
@@ -158,16 +160,19 @@ class McapFile:
         """Bytes in the file; the open chunk is not counted."""
         self.due = math.inf  # when the open chunk is to be closed, by the steady clock
         self._options = options or Options()
-        self._chunk = bytearray()  # the records of the open chunk
+        self._chunk: list[bytes] = []  # the records of the open chunk, in pieces
+        self._filled = 0  # bytes of them
+        self._compress = {name: make() for name, make in COMPRESSIONS.items()}
         self._file = path.open("xb", buffering=0)
         self._write(MAGIC + record(Header(PROFILE, library)))
 
-    def _write(self, data: bytes) -> None:
+    def _write(self, *pieces: bytes) -> None:
         """Write whole records; after an OSError, `size` is still the end of what is whole."""
-        view = memoryview(data)
-        while view:
-            view = view[self._file.write(view) or 0 :]
-        self.size += len(data)
+        for piece in pieces:
+            view = memoryview(piece)
+            while view:
+                view = view[self._file.write(view) or 0 :]
+        self.size += sum(map(len, pieces))
 
     # --- records ----------------------------------------------------------------------------------
     def add_channel(self, topic: TopicRow, *, repeats: bool = False) -> int:
@@ -197,7 +202,8 @@ class McapFile:
         """
         written = record(row)
         self._write(written)
-        self._chunk += written
+        self._chunk.append(written)
+        self._filled += len(written)
         self.index.define(row)
 
     def attach(self, name: str, media_type: str, data: bytes, time_ns: int) -> None:
@@ -229,13 +235,14 @@ class McapFile:
         if self.start_ns is None:
             self.start_ns = log_time_ns
         length, chunk = MESSAGE.size - HEAD.size + len(data), self._chunk
-        chunk += MESSAGE.pack(
-            Opcode.MESSAGE, length, channel, sequence, log_time_ns, publish_time_ns
+        chunk.append(
+            MESSAGE.pack(Opcode.MESSAGE, length, channel, sequence, log_time_ns, publish_time_ns)
         )
-        chunk += data
+        chunk.append(data)
+        self._filled += HEAD.size + length
         if self.due == math.inf:
             self.due = time.monotonic() + self._options.chunk_period
-        if len(chunk) <= self._options.chunk_size:
+        if self._filled <= self._options.chunk_size:
             return False
         self.close_chunk()
         return True
@@ -244,12 +251,12 @@ class McapFile:
         """Compress and write the messages of the open chunk, if there are any."""
         if self.due == math.inf:
             return
-        data, self._chunk, self.due = bytes(self._chunk), bytearray(), math.inf
+        data, self._chunk, self._filled, self.due = b"".join(self._chunk), [], 0, math.inf
         self.add_chunk(Inner(data), self._options.compression)
 
     def add_chunk(self, inner: Inner, compression: str) -> None:
         """Compress records and write them as a chunk."""
-        stored, crc = COMPRESSIONS[compression](inner.data), zlib.crc32(inner.data)
+        stored, crc = self._compress[compression](inner.data), zlib.crc32(inner.data)
         name = "" if compression == "none" else compression
         self.copy_chunk(Chunk(name, stored, 0, 0, crc, len(inner.data)), inner)
 
@@ -257,14 +264,14 @@ class McapFile:
         """Write a chunk as it is, but with the times of its messages, and the index of them."""
         first, last = inner.span
         chunk = replace(chunk, message_start_time=first, message_end_time=last)
-        written, places = [record(chunk)], dict[int, int]()
-        at = self.size + len(written[0])
+        written, places = [*chunk_record(chunk)], dict[int, int]()
+        at = self.size + sum(map(len, written))
         for channel, row in inner.indices():
             places[channel] = at
             written.append(row)
             at += len(row)
         offset = self.size
-        self._write(b"".join(written))
+        self._write(*written)
         row = self.index.add_chunk(chunk, inner, offset)
         row.message_index_offsets = places
         row.message_index_length = self.size - offset - row.chunk_length

@@ -15,6 +15,9 @@ Where roundings decide how the motion goes on from one contact to the next
 (`map_tangent.largest_error`), it would come back all the same, for contact ends in one state. The
 next one there begins with a restitution that is one rounding less: the means are those of motors
 that are equal within roundings.
+
+Disks that differ in their loads alone have the same axial motion. The end of each flight is found
+once, and looked up by the disks that fly it after that (`Flights`), to the same bits.
 """
 
 from __future__ import annotations
@@ -23,9 +26,16 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import types
+from numba import from_dtype, types
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, rare_kernel, sincos
+from bouncing_disk_ros.core.arithmetic import (
+    TWO_PI,
+    entry,
+    kernel,
+    rare_kernel,
+    sincos,
+    sincos_excess,
+)
 from bouncing_disk_ros.core.energy_ledger import Ledger
 from bouncing_disk_ros.core.forcing_clock import Clock, instant_of, seconds_between
 from bouncing_disk_ros.core.impact_log import ROWS, Rows
@@ -53,11 +63,12 @@ from bouncing_disk_ros.maps.map_tangent import (
     LARGEST_ERROR,
     carried,
     error_size,
-    flight_tangent,
     rounded,
+    turned_tangent,
 )
 
 Floats = Any  # float64 arrays, of one or two dimensions
+Ints = Any  # int64 arrays
 
 LOOK_AT = 1.5 * math.pi
 """Forcing phase at which the state is looked at, rad: the platform's lowest point."""
@@ -73,6 +84,8 @@ _SURE = 3.0
 """So many standard errors are to be within what is asked for."""
 _MET = 1e-6
 """Two disks have met within this part of the scale of the speed."""
+_SLOW = 1e-2
+"""A disk that leaves the platform with u > SLOW·a/ω bounces, as `chatter_end` says."""
 _MOST_EVENTS = 100_000  # in one period: far more than any has
 _MOST_STEPS = 200  # of the search for a fixed point: far more than any takes
 _ROUNDING = 2.0**-52
@@ -86,10 +99,11 @@ ledger."""
 _ENTRIES = len(LEDGER_FIELDS) - 1  # without the throughput
 SEEN = SEEN_LEDGER + _ENTRIES
 RUN_CONTACT, RUN_CONTACTS, RUN_DECIDED, RUN_TAU, RUN_U, RUN_CYCLES, RUN_W = range(7)
-RUN_ERROR, RUN_LARGEST, RUN_CARRIED = 7, 10, 11
+RUN_SINE, RUN_COSINE, RUN_ERROR, RUN_LARGEST, RUN_CARRIED = 7, 8, 9, 12, 13
 """What a run keeps: seconds and number of contacts, and how many roundings have decided; of the
-last impact its forcing phase, u after it, cycles, and w_A (πg/ω; 0: contact since); error by
-roundings since contact (three numbers) and its largest size, since contact and since the start."""
+last impact its forcing phase, u after it, cycles, w_A (πg/ω; 0: contact since), and sine and cosine
+of the phase; error by roundings since contact (three numbers) and its largest size, since contact
+and since the start."""
 _RUN = RUN_CARRIED + 1
 
 BEGIN_TAU, BEGIN_U, BEGIN_SETTLING, BEGIN_PRECISION, BEGIN_BOUND = range(5)
@@ -119,6 +133,24 @@ DONE, NOT_SETTLED, FAULTY = range(3)
 of the simulator."""
 
 
+FLIGHT_DTYPE = np.dtype(
+    [(name, STATE_DTYPE[name]) for name in (
+        "ns", "sub", "tau", "gap", "u", "event", "event_delay", "event_value", "event_ns",
+        "event_sub", "event_cycles", "event_tau",
+    )]
+)  # fmt: skip
+"""The launch of a flight, and what ends it; as in a state."""
+_MOST_FLIGHTS = 2**15  # that are kept: some MB for each thread
+
+
+class Flights(NamedTuple):
+    """The first flights of one axial motion, in the order of their launches."""
+
+    found: Record  # array of FLIGHT_DTYPE
+    count: Ints  # one number: how many are known
+    motion: Floats  # what the axial motion depends on: A, f, g + P/m, ε; τ and u at its start
+
+
 class Rotor(NamedTuple):
     """A disk that is run; arrays of one state, its disk and an open row, and what it gathers."""
 
@@ -128,6 +160,8 @@ class Rotor(NamedTuple):
     rows: Rows
     open_row: Rows
     run: Floats
+    flights: Flights  # shared by all
+    place: Ints  # one number: where it is among the flights
 
 
 @rare_kernel
@@ -173,17 +207,24 @@ def _begin(rotor: Rotor, motion: Record, tau: float, u: float, omega: float) -> 
         classify_contact(state, motion, rotor.disks[0])
 
 
-@rare_kernel
-def _note_impact(rotor: Rotor, motion: Record, w: float) -> None:
-    """Carry the error by roundings over the flight that has ended with an impact of w_A (m/s)."""
-    state, disk, run = rotor.states[0], rotor.disks[0], rotor.run
+@kernel
+def _note_impact(state: Record, motion: Record, disk: Record, run: Floats, w: float) -> None:
+    """Carry the error by roundings over the flight that has ended with an impact of w_A (m/s).
+
+    Not one beyond LARGEST_ERROR: roundings decide, and it counts as 1.
+    """
     unit = math.pi * disk.g / motion.omega
     forcing = motion.a * motion.omega / unit
     w /= unit
     p = rounded(0.0, 0.0)
-    if run[RUN_W] < 0.0:
+    if run[RUN_LARGEST] > LARGEST_ERROR:
+        run[RUN_CARRIED] = 1.0
+    elif run[RUN_W] < 0.0:
         delay = TWO_PI * (float(state.cycles) - run[RUN_CYCLES]) + (state.tau - run[RUN_TAU])
-        t = flight_tangent(run[RUN_TAU], run[RUN_W], delay, w, forcing, disk.restitution)
+        t = turned_tangent(
+            run[RUN_SINE], run[RUN_COSINE], sincos_excess(delay), run[RUN_W], delay, w, forcing,
+            disk.restitution,
+        )  # fmt: skip
         before = (run[RUN_ERROR], run[RUN_ERROR + 1], run[RUN_ERROR + 2])
         p = carried(before, t, delay, w)
         run[RUN_LARGEST] = max(run[RUN_LARGEST], error_size(p))
@@ -191,27 +232,105 @@ def _note_impact(rotor: Rotor, motion: Record, w: float) -> None:
     run[RUN_ERROR], run[RUN_ERROR + 1], run[RUN_ERROR + 2] = p
     run[RUN_CYCLES], run[RUN_W] = float(state.cycles), w
     run[RUN_TAU], run[RUN_U] = state.tau, state.u
+    run[RUN_SINE], run[RUN_COSINE] = state.sine, state.cosine
+
+
+@kernel
+def _note_contact(disk: Record, run: Floats) -> None:
+    """Count a contact; after one that roundings have decided, the next motion is another one."""
+    run[RUN_CONTACTS] += 1.0
+    if run[RUN_LARGEST] > LARGEST_ERROR:
+        disk.restitution *= _ONE_LESS
+        run[RUN_DECIDED] += 1.0
+    run[RUN_LARGEST] = run[RUN_W] = 0.0
 
 
 @rare_kernel
-def _note_contact(rotor: Rotor) -> None:
-    """Count a contact; after one that roundings have decided, the next motion is another one."""
-    run = rotor.run
-    run[RUN_CONTACTS] += 1.0
-    if run[RUN_LARGEST] > LARGEST_ERROR:
-        rotor.disks[0].restitution *= _ONE_LESS
-        run[RUN_DECIDED] += 1.0
-    run[RUN_LARGEST] = run[RUN_W] = 0.0
+def _share_flights(flights: Flights, motion: Record, disk: Record, tau: float, u: float) -> None:
+    """Forget flights that are not those of a disk that starts at τ with u."""
+    given = (motion.a, motion.f, disk.g, disk.restitution, tau, u)
+    for i in range(len(given)):
+        if flights.motion[i] != given[i]:
+            flights.motion[i] = given[i]
+            flights.count[0] = 0
+
+
+@kernel
+def _is_shared(state: Record, motion: Record, disk: Record) -> bool:
+    """Whether all disks on this axial motion have the flight that begins here.
+
+    Not where chattering may end: that depends on the rotation too (`chatter_end`). Nor where the
+    rotation is beyond the range of numbers.
+    """
+    chatters = state.gap == 0.0 and state.u * motion.omega_max <= _SLOW * (disk.g + motion.s2)
+    if state.phase != FLIGHT or (chatters and state.u != 0.0):
+        return False
+    return math.isfinite(state.omega + state.angle)
+
+
+@kernel
+def _place_in(found: Record, count: int, place: int, state: Record) -> int:
+    """How many launches are before the instant of a state; searched for from `place` on."""
+    at = min(place, count)
+    while at > 0 and not _is_before(found[at - 1], state):
+        at -= 1
+    while at < count and _is_before(found[at], state):
+        at += 1
+    return at
+
+
+@kernel
+def _is_before(flight: Record, state: Record) -> bool:
+    """Whether a flight's launch is before the instant of a state."""
+    return flight.ns < state.ns or (flight.ns == state.ns and flight.sub < state.sub)
+
+
+@kernel
+def _is_launch(flight: Record, state: Record) -> bool:
+    """Whether a flight begins with the axial state of a disk, to the bit."""
+    same_instant = flight.ns == state.ns and flight.sub == state.sub and flight.tau == state.tau
+    return same_instant and flight.gap == state.gap and flight.u == state.u
+
+
+@kernel
+def _copy_event(one: Record, other: Record) -> None:
+    """Give one state or flight the event of another."""
+    one.event, one.event_delay, one.event_value = other.event, other.event_delay, other.event_value
+    one.event_ns, one.event_sub = other.event_ns, other.event_sub
+    one.event_cycles, one.event_tau = other.event_cycles, other.event_tau
+
+
+@kernel
+def _next_event(
+    state: Record, motion: Record, disk: Record, found: Record, count: Ints, place: Ints
+) -> None:
+    """`find_next`, looked up where the flight is known and kept where it is the next one."""
+    shared = _is_shared(state, motion, disk)
+    at = count[0]
+    if shared:
+        at = place[0] = _place_in(found, count[0], place[0], state)
+        if at < count[0] and _is_launch(found[at], state):
+            _copy_event(state, found[at])
+            return
+    find_next(state, motion, disk, NEVER)
+    if shared and at == count[0] and at < len(found):
+        flight = found[at]
+        flight.ns, flight.sub, flight.tau = state.ns, state.sub, state.tau
+        flight.gap, flight.u = state.gap, state.u
+        _copy_event(flight, state)
+        count[0] += 1
 
 
 @rare_kernel
 def _run_until(rotor: Rotor, motion: Record, cycles: int, tau: float) -> bool:
     """Resolve all events up to an instant, and a chatter's tail that it lies in; False: a fault."""
     state, disk = rotor.states[0], rotor.disks[0]
+    ledger, rows, open_row, run = rotor.ledger, rotor.rows, rotor.open_row, rotor.run
+    found, count, place = rotor.flights.found, rotor.flights.count, rotor.place
     ns, sub = instant_of(motion, cycles, tau)
     for _ in range(_MOST_EVENTS):
         if state.event == UNKNOWN:
-            find_next(state, motion, disk, NEVER)
+            _next_event(state, motion, disk, found, count, place)
         if state.event == FAULT:
             return False
         if state.event == NOTHING:
@@ -225,14 +344,14 @@ def _run_until(rotor: Rotor, motion: Record, cycles: int, tau: float) -> bool:
             return True
         kind, before, w = state.event, state.phase, state.event_value
         if before != FLIGHT:
-            rotor.run[RUN_CONTACT] += seconds_between(
+            run[RUN_CONTACT] += seconds_between(
                 state.ns, state.sub, state.event_ns, state.event_sub
             )
-        resolve(state, motion, disk, rotor.ledger, rotor.rows, 0, rotor.open_row)
+        resolve(state, motion, disk, ledger, rows, 0, open_row)
         if kind == IMPACT:
-            _note_impact(rotor, motion, w)
+            _note_impact(state, motion, disk, run, w)
         if before == FLIGHT and state.phase != FLIGHT:
-            _note_contact(rotor)
+            _note_contact(disk, run)
     return False
 
 
@@ -326,25 +445,33 @@ def _after(cycle: Cycle, motion: Record, omega: float) -> float:
     return float(rotor.states[0].omega)
 
 
+@kernel
+def _noise(scale: float, omega: float) -> float:
+    """What roundings change a speed by in a cycle: no change below it is known."""
+    return 4.0 * _ROUNDING * max(scale, abs(omega))
+
+
 @rare_kernel
 def _bracket(
-    cycle: Cycle, motion: Record, omega: float, most: float
+    cycle: Cycle, motion: Record, omega: float, scale: float
 ) -> tuple[float, float, float, float]:
     """Two speeds and what a cycle changes them by, of opposite signs; the first is `omega`'s side.
 
     A cycle never takes a speed past the fixed point: steps as large as the change stay before it,
-    and they are doubled until one does not. nan: no change of sign up to `most`.
+    and they are doubled until one does not. One speed twice where its change is noise; nan: no
+    change of sign up to some thousand times the scale.
     """
+    most = 1e3 * scale + 2.0 * abs(omega)
     a = omega
     fa = _after(cycle, motion, a) - a
     step = fa
-    while fa != 0.0 and abs(a) <= most:
+    while not abs(fa) <= _noise(scale, a) and abs(a) <= most:
         b = a + step
         fb = _after(cycle, motion, b) - b
         if not fa * fb > 0.0:
             return a, fa, b, fb
         a, fa, step = b, fb, 2.0 * step
-    return a, fa, (a if fa == 0.0 else math.nan), fa
+    return a, fa, (a if abs(fa) <= _noise(scale, a) else math.nan), fa
 
 
 @rare_kernel
@@ -358,14 +485,14 @@ def _turned(cycle: Cycle) -> float:
 def _settled_speed(cycle: Cycle, motion: Record, omega: float, scale: float) -> tuple[float, float]:
     """The fixed point that a disk with α̇ = `omega` comes to, and its error by roundings.
 
-    By false position (Illinois), with a bisection after each step that has not halved the bracket.
-    The error is what roundings of a speed amount to, over the slope of the change beside the fixed
-    point: infinite where no torque brings the disk back.
+    By false position (Illinois), with a bisection after each step that has not halved the bracket,
+    up to a change that is noise. The error is what roundings of a speed amount to, over the slope
+    of the change beside the fixed point: infinite where no torque brings the disk back.
     """
-    a, fa, b, fb = _bracket(cycle, motion, omega, 1e3 * scale + 2.0 * abs(omega))
+    a, fa, b, fb = _bracket(cycle, motion, omega, scale)
     for _ in range(_MOST_STEPS):
         width = abs(b - a)
-        if fb == 0.0 or not width > _ROUNDING * max(abs(a), abs(b)):
+        if abs(fb) <= _noise(scale, b) or not width > _ROUNDING * max(abs(a), abs(b)):
             break
         x = b - fb * (b - a) / (fb - fa)
         fx = _after(cycle, motion, x) - x
@@ -387,7 +514,7 @@ def _settled_speed(cycle: Cycle, motion: Record, omega: float, scale: float) -> 
     around = 1e-6 * scale
     above = _after(cycle, motion, b + around) - (b + around)
     below = _after(cycle, motion, b - around) - (b - around)
-    noise = 4.0 * _ROUNDING * max(scale, abs(b))
+    noise = _noise(scale, b)
     slope = (below - above - noise) / (2.0 * around)
     return b, ((abs(fb) + noise) / slope if slope > 0.0 else math.inf)
 
@@ -530,10 +657,14 @@ class Bench(NamedTuple):
 
 
 @rare_kernel
-def _apart(bench: Bench, motion: Record, omega: float, cycles: int) -> float:
-    """By how much α̇ of the disk beside the one that is measured differs; inf: a fault."""
-    if not _run_until(bench.other, motion, cycles, LOOK_AT):
-        return math.inf
+def _apart(bench: Bench, motion: Record, omega: float, first: int, cycles: int) -> float:
+    """By how much α̇ of the disk beside the one that is measured differs; inf: a fault.
+
+    It is run through the cycles from the first on.
+    """
+    for i in range(first, cycles + 1):
+        if not _run_until(bench.other, motion, i, LOOK_AT):
+            return math.inf
     seen = bench.marks[BATCHES]
     _look(bench.other, bench.probe, motion, seen, cycles)
     return float(abs(omega - seen[SEEN_OMEGA]))
@@ -554,6 +685,7 @@ def _measure(
     height = math.pi * rotor.disks[0].g / motion.omega
     tau, u, bound = start[BEGIN_TAU], start[BEGIN_U], start[BEGIN_BOUND]
     other.disks[0] = rotor.disks[0]
+    _share_flights(rotor.flights, motion, rotor.disks[0], tau, u)
     _begin(rotor, motion, tau, u, bound)
     _begin(other, motion, tau, u, -bound)
     ahead, settling = int(tau >= LOOK_AT), int(start[BEGIN_SETTLING])
@@ -571,12 +703,13 @@ def _measure(
             other.disks[0] = rotor.disks[0]
             found = Cycle(bench.probe, other, cycle)
             return _measure_cycle(found, motion, start, k + ahead, longest, marks, out)
-        if count < 0:
-            apart = _apart(bench, motion, seen[SEEN_OMEGA], k + ahead)
-            if apart <= _MET * start[BEGIN_PRECISION] / PRECISION_PART and k >= settling:
+        if count < 0 and k >= settling:
+            first = ahead if k == settling else k + ahead
+            apart = _apart(bench, motion, seen[SEEN_OMEGA], first, k + ahead)
+            if apart <= _MET * start[BEGIN_PRECISION] / PRECISION_PART:
                 count, begin = 0, k
                 marks[0] = seen
-        elif k == begin + (count + 1) * length:
+        elif count >= 0 and k == begin + (count + 1) * length:
             count += 1
             marks[count] = seen
         if count == BATCHES:
@@ -596,14 +729,15 @@ def _measure(
     return NOT_SETTLED
 
 
+_NUMBERS = types.Array(types.int64, 1, "C")
 _TABLE = types.Array(types.float64, 2, "C")
 _TABLES = types.Array(types.float64, 3, "C")
 
 
 @entry(
     types.void(
-        STATE, DISK, _TABLES, ROWS, ROWS, _TABLE, _TABLE, MOTION, DISK, _TABLE, types.int64,
-        types.int64, types.int64, _TABLES, _TABLE,
+        STATE, DISK, _TABLES, ROWS, ROWS, _TABLE, _TABLE, from_dtype(FLIGHT_DTYPE)[::1], _NUMBERS,
+        MOTION, DISK, _TABLE, types.int64, types.int64, types.int64, _TABLES, _TABLE,
     )
 )  # fmt: skip
 def measure_motors(
@@ -614,6 +748,8 @@ def measure_motors(
     open_rows: Rows,
     runs: Floats,
     tables: Floats,
+    found: Record,
+    numbers: Ints,
     motions: Record,
     disks: Record,
     begins: Floats,
@@ -631,9 +767,10 @@ def measure_motors(
     stretch and of all. batches (n, BATCHES, MEANS_COLUMNS): the means over the parts of a stretch;
     nan where the state comes back.
     """
+    flights = Flights(found, numbers[3:4], tables[LONGEST_CYCLE + BATCHES + 2])
     rotors = [
         Rotor(states[j : j + 1], running[j : j + 1], ledgers[j], rows, open_rows[j : j + 1],
-              runs[j])
+              runs[j], flights, numbers[j : j + 1])
         for j in range(3)
     ]  # fmt: skip
     parts = tables[LONGEST_CYCLE + BATCHES + 1]
@@ -663,7 +800,7 @@ def measure_motors(
 
 
 def workspace() -> tuple[Any, ...]:
-    """What one thread works in: three disks that are run or looked at, and tables of looks."""
+    """What one thread works in: three disks that are run or looked at, looks, and flights."""
     return (
         np.zeros(3, STATE_DTYPE),
         np.zeros(3, DISK_DTYPE),
@@ -671,5 +808,7 @@ def workspace() -> tuple[Any, ...]:
         np.zeros(4, IMPACT_DTYPE),
         np.zeros(3, IMPACT_DTYPE),
         np.zeros((3, _RUN)),
-        np.zeros((LONGEST_CYCLE + BATCHES + 2, max(SEEN, BATCHES))),
+        np.zeros((LONGEST_CYCLE + BATCHES + 3, max(SEEN, BATCHES))),
+        np.empty(_MOST_FLIGHTS, FLIGHT_DTYPE),
+        np.zeros(4, np.int64),
     )

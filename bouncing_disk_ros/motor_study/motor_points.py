@@ -129,9 +129,15 @@ def measure(motors: Sequence[tuple[Motion, Disk]], run: Run, row: int = 0) -> Mo
         begins[i] = _begin(motion, disk, run)
     out, batches = np.empty((n, MEANS_COLUMNS)), np.empty((n, BATCHES, MEANS_COLUMNS))
     followed = row if run.start == "followed" else 0
+    order = np.arange(n)
+    if not followed:  # those with the same axial motion one after the other
+        order = np.lexsort((motions["a"], motions["f"], disks["g"], disks["restitution"]))
+    found, parts = np.empty_like(out), np.empty_like(batches)
     measure_motors(
-        *workspace(), motions, disks, begins, followed, run.measured, run.longest, batches, out
-    )
+        *workspace(), motions[order], disks[order], begins[order], followed, run.measured,
+        run.longest, parts, found,
+    )  # fmt: skip
+    out[order], batches[order] = found, parts
     return _means(out, batches, [disk for _, disk in motors])
 
 
@@ -188,8 +194,10 @@ def _ratios(rates: Mapping[str, Floats]) -> dict[str, tuple[Floats, Floats]]:
 
 def _error(parts: Floats, mean: Floats, out: Floats) -> Floats:
     """Standard errors from parts (n, BATCHES); where the motion repeats, what roundings leave."""
-    carried = out[:, CARRIED] * np.abs(mean)
-    return np.where(out[:, CYCLE] > 0.0, carried, [standard_error(part) for part in parts])
+    errors: Floats = out[:, CARRIED] * np.abs(mean)
+    for i in np.flatnonzero(out[:, CYCLE] == 0.0):
+        errors[i] = standard_error(parts[i])
+    return errors
 
 
 def _means(out: Floats, batches: Floats, disks: Sequence[Disk]) -> MotorMeans:

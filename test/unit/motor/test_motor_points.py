@@ -130,7 +130,32 @@ def test_what_does_not_settle_has_no_mean() -> None:
     found = measure([(MOTION, heavy), (MOTION, free)], Run())
     assert found.kind.tolist() == [UNSETTLED] * 2
     assert np.isnan(found.mean_speed).all()
-    assert np.isnan(found.errors["mean_speed"]).all()
+    assert all(np.isnan(found.errors[name]).all() for name in MEANS)
+
+
+def test_motors_measured_together_have_the_bits_of_each_one_alone() -> None:
+    """Their flights are found once, in chaos with chatter too; with loads, lags and preloads."""
+    motors = [
+        (MOTION._replace(phase_lag=lag), DISK._replace(preload=preload, **load))
+        for lag in (MOTION.phase_lag, 0.4)
+        for preload in (16.8, 18.2, 22.3)
+        for load in ({"load_torque": 0.002}, {"load_torque": -0.001}, {"brake_torque": 0.001})
+    ]
+    run = Run(longest=3_000)
+    together = measure(motors, run)
+    assert NOT_PERIODIC in together.kind.tolist()
+    for i in range(len(motors)):
+        alone = measure([motors[i]], run)
+        for name in MotorMeans._fields:
+            if name != "errors":
+                assert_same_bits(getattr(together, name)[i], getattr(alone, name)[0], name)
+        for name in MEANS:
+            assert_same_bits(together.errors[name][i], alone.errors[name][0], name)
+
+
+def assert_same_bits(one: float, other: float, name: str) -> None:
+    """One number is the other, or both are nan."""
+    assert one == other or (math.isnan(one) and math.isnan(other)), (name, one, other)
 
 
 def test_rise_and_stop_times_are_those_of_constant_torque() -> None:
