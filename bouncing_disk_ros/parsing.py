@@ -6,6 +6,7 @@ a number overflow.
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import json
 import math
@@ -100,8 +101,7 @@ def read_table(
 ) -> tuple[list[str], list[list[str]]]:  # fmt: skip
     """Names of the columns and cells of a text file; lines with # are left out.
 
-    At most `most` bytes and `lines` lines. Lines before names that `is_header` knows are left out,
-    or all before the last one before the numbers where it knows none.
+    At most `most` bytes and `lines` lines. Lines before names that `is_header` knows are left out.
     Cells are separated by semicolons or tabs (then numbers may have decimal commas), else by
     commas, else by blanks, and may have quotes. The first line has names (in small letters then)
     where it begins with no number; else there are none. UTF-8, UTF-16, or a Windows text. Lines of
@@ -117,22 +117,18 @@ def read_table(
         if number_of(_cells(line)[0]) is not None:
             break
         heads.append(_names(line))
-    last = len(heads) - 1 if is_header and 0 < len(heads) < len(kept) else 0
-    start = next((i for i, names in enumerate(heads) if is_header and is_header(names)), last)
+    start = next((i for i, names in enumerate(heads) if is_header and is_header(names)), 0)
     names = heads[start] if heads else []
     return names, [_cells(line) for line in kept[start + bool(heads) :]]
 
 
 def _decoded(field: str, path: Path, content: bytes) -> str:
     """The text of a file: UTF-16 with its mark, else UTF-8, else of Windows."""
-    try:
-        if content.startswith(_UTF_16):
-            return content.decode("utf-16")
-        return content.decode().removeprefix("\ufeff")
-    except UnicodeDecodeError as error:
-        if not content.startswith(_UTF_16) and not _CONTROLS.search(content):
-            return content.decode("cp1252", "replace")
-        raise InputError(field, str(path), "a readable text in UTF-8", str(error)) from None
+    encodings = ["utf-8-sig"] if _CONTROLS.search(content) else ["utf-8-sig", "cp1252"]
+    for encoding in ["utf-16"] if content.startswith(_UTF_16) else encodings:
+        with contextlib.suppress(UnicodeDecodeError):
+            return content.decode(encoding)
+    raise InputError(field, str(path), "a readable text in UTF-8")
 
 
 def _names(line: str) -> list[str]:

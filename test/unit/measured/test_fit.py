@@ -873,7 +873,7 @@ def test_what_three_impacts_do_not_tell_is_said() -> None:
     assert set(fit.untold) == set(fit.parameters)
     assert len(fit.prediction.times) == 0
     assert fit["time_error"].high == fit["end"].high == math.inf
-    assert fit.doubt == ""
+    assert fit.doubt == "the model cannot be tested by so few impacts"
     given = fit_impacts([0.3, 0.75, 1.0875], time_error=1e-4, scatter=0.0)
     deviation = 1e-4 * math.sqrt(1.0 + 1.75**2 + 0.75**2) / 0.45  # of T₁/T₀, to first order
     assert given["restitution"].high - 0.75 == pytest.approx(1.96 * deviation, rel=0.01)
