@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import gc
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, TypeAlias
 
 from numba import njit, types
 from numba.core.codegen import JITCodeLibrary
+from numba.core.codegen import ll as llvm
 from numba.core.compiler import Compiler
+from numba.core.types.functions import BaseFunction
 from numba.extending import intrinsic
 
 Kernel: TypeAlias = Callable[..., Any]
@@ -45,19 +48,67 @@ C4, C6, C8, C10 = 1.0 / 24.0, -1.0 / 720.0, 1.0 / 40320.0, -1.0 / 3628800.0
 C12, C14, C16 = 1.0 / 479001600.0, -1.0 / 87178291200.0, 1.0 / 20922789888000.0
 
 
-class InnerLibrary(JITCodeLibrary):
-    """LLVM code of an inner function and of what it calls: no machine code, which nobody would run.
+# ------------------------------------------------------------------------------------------------
+# How numba compiles the kernels: without what it would do twice, or for code of another kind. It
+# optimises each inner function anew within each function that calls it, and links into each all
+# that it calls. Its passes over closures, overloads and expressions of arrays change nothing in a
+# kernel, and it looks for the function behind each `a * b` by trying all that are called so, those
+# of arrays first. Left out, a first start takes two thirds of the processor time.
 
-    numba would optimise each inner function anew within each function that calls it. So it is
-    optimised once within each entry, and a first start takes half the processor time.
+
+_NEEDLESS = {
+    "AnnotateTypes",
+    "DumpParforDiagnostics",
+    "FindLiterallyCalls",
+    "InlineClosureLikes",
+    "InlineInlinables",
+    "InlineOverloads",
+    "LiteralPropagationSubPipelinePass",
+    "LiteralUnroll",
+    "MakeFunctionToJitFunction",
+    "NoPythonSupportedFeatureValidation",
+    "NopythonRewrites",
+    "RewriteDynamicRaises",
+    "RewriteSemanticConstants",
+    "WithLifting",
+}
+"""numba's passes for what no inner function has: closures, array expressions, literals as types.
+
+One that has it is refused by a later pass, or computes the same with more code. IRLegalization
+ends the life of variables: of use where arrays are counted."""
+
+
+class InnerLibrary(JITCodeLibrary):
+    """LLVM code of an inner function alone: no machine code, which nobody would run.
+
+    An entry links it with all that it calls, and optimises everything once.
     """
 
-    def _optimize_final_module(self) -> None:
-        pass
+    _final_module: Any
+    _shared_module: Any
 
-    def _finalize_final_module(self) -> None:
+    def add_llvm_module(self, module: Any) -> None:
+        """Take the code of the function: the only module of this library."""
+        self._optimize_functions(module)
+        self._final_module = module
+
+    def finalize(self) -> None:
+        """Link and optimise nothing: the entry does."""
         self._finalize_dynamic_globals()
         self._finalized = True
+
+    def _get_module_for_linking(self) -> Any:
+        """Return the code, with functions that may be linked into many others."""
+        if self._shared_module is None:
+            for function in self._final_module.functions:
+                if not function.is_declaration and function.linkage == llvm.Linkage.external:
+                    function.linkage = "linkonce_odr"
+            self._shared_module = self._final_module
+        return self._shared_module
+
+    def with_callees(self) -> list[JITCodeLibrary]:
+        """Return what a caller must link: this library and those of all that it calls."""
+        return list(dict.fromkeys([self, *self._linking_libraries]))
 
     def get_pointer_to_function(self, _name: str) -> int:
         """Return 0: no such function in machine code."""
@@ -76,10 +127,15 @@ class InnerCompiler(Compiler):
     """numba's compiler for functions that only compiled functions call."""
 
     def define_pipelines(self) -> list[Any]:
-        """Return numba's passes, which are to write into an InnerLibrary."""
+        """Return the passes that an inner function needs, once each; they fill an InnerLibrary."""
         state = self.state
         state.library = InnerLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         found: list[Any] = super().define_pipelines()
+        needless = _NEEDLESS if state.flags.nrt else _NEEDLESS | {"IRLegalization"}
+        for pipeline in found:
+            pipeline.passes = [
+                one for one in dict(pipeline.passes).items() if one[0].__name__ not in needless
+            ]
         return found
 
     def compile_extra(self, function: Any) -> Any:
@@ -87,6 +143,9 @@ class InnerCompiler(Compiler):
         found = super().compile_extra(function)
         if not self.state.flags.nrt and _holds_array(found.signature.return_type):
             raise TypeError(f"{function.__name__} returns an array: declare it as rare_kernel")
+        context, library = self.state.targetctx, self.state.library
+        context.remove_user_function(found.entry_point)
+        context.insert_user_function(found.entry_point, found.fndesc, library.with_callees())
         return found
 
 
@@ -95,6 +154,35 @@ def _holds_array(kind: types.Type) -> bool:
     if isinstance(kind, types.BaseTuple):
         return any(_holds_array(one) for one in kind)
     return isinstance(kind, types.Array)
+
+
+@contextmanager
+def _quick_compilation() -> Iterator[None]:
+    """Remember which function numba found for an operator of numbers; no looks for cycles.
+
+    Looks for cycles would take a sixth of the time.
+    """
+    known: dict[Any, Any] = {}
+    functions: Any = BaseFunction
+    find = functions.get_call_type
+
+    def remembered(function: Any, context: Any, given: Any, keywords: Any) -> Any:
+        if keywords or not all(isinstance(one, types.Number | types.Boolean) for one in given):
+            return find(function, context, given, keywords)
+        key = function, given
+        if key not in known:
+            known[key] = find(function, context, given, keywords)
+        return known[key]
+
+    collects = gc.isenabled()
+    gc.disable()
+    functions.get_call_type = remembered
+    try:
+        yield
+    finally:
+        functions.get_call_type = find
+        if collects:
+            gc.enable()
 
 
 def kernel(function: Kernel) -> Kernel:
@@ -135,15 +223,10 @@ def entry(*signature: object) -> Callable[[Kernel], Kernel]:
 
     def compile_entry(function: Kernel) -> Kernel:
         share_compiled_kernels()
-        collects = gc.isenabled()
-        gc.disable()  # a sixth of the time to compile would go into looks for cycles
-        try:
+        with _quick_compilation():
             compiled: Kernel = njit(
                 *signature, error_model="numpy", nogil=True, cache=True, no_cfunc_wrapper=True
             )(function)
-        finally:
-            if collects:
-                gc.enable()
         return compiled
 
     return compile_entry

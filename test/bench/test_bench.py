@@ -28,6 +28,7 @@ def test_bench(start: Starter, tmp_path: Path, capsys: pytest.CaptureFixture[str
         bags,
         beside,
         ceiling,
+        first_results,
         long_runs,
         many,
         motor,
@@ -42,9 +43,10 @@ def test_bench(start: Starter, tmp_path: Path, capsys: pytest.CaptureFixture[str
     )
 
     load = os.getloadavg()[0]
-    folders = (tmp_path / f"cache-{i}" for i in itertools.count())
+    folders = (tmp_path / f"new-{i}" for i in itertools.count())
     plain: tuple[Callable[[], list[Row]], ...] = (
         lambda: node.measure_starts(start, lambda: next(folders)),
+        lambda: first_results.measure(start, tmp_path, lambda: next(folders)),
         lambda: node.measure_rates(start),
         lambda: refusals.measure(start),
         ceiling.measure,

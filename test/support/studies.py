@@ -1,4 +1,4 @@
-"""Small studies whose results are known."""
+"""Small studies: of each kind, and some whose results are known."""
 
 from __future__ import annotations
 
@@ -7,13 +7,31 @@ import signal
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import xarray as xr
 
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import Arrays, Axis, Field, Region, Study
+
+SMALLEST: dict[str, dict[str, Any]] = {
+    "toss_paths": {"points": 16},
+    "toss_map": {"phase_lag_count": 5, "amplitude_angle_count": 3},
+    "bifurcation": {"along": "restitution", "begin": 0.5, "end": 0.6, "count": 3, "settling": 10,
+                    "measured": 20, "kept": 5, "doublings": 0},
+    "parameter_map": {"x_count": 2, "y_count": 2, "settling": 10, "measured": 256},
+    "basins": {"axial_forcing": 0.55, "width": 60, "height": 60},
+    "basin_shares": {"begin": 0.4, "count": 2, "samples": 8},
+    "motor": {"x_count": 3, "y_count": 2},
+    "curves": {"axial_forcing_count": 2, "restitution_count": 2, "settling": 9, "doublings": 0,
+               "axial_forcing_begin": 0.4, "axial_forcing_end": 0.5, "restitution_begin": 0.45,
+               "restitution_end": 0.55},
+    "manifolds": {"axial_forcing": 0.34, "width": 8, "height": 8, "distance": 0.1},
+    "resilience": {"begin": 0.4, "count": 1, "samples": 9, "instants": 2, "resolution": 0.5},
+    "juggling": {"width": 2, "height": 2, "deadline": 5.0},
+}  # fmt: skip
+"""Options of each study of the package with which it takes a moment."""
 
 VALUES: dict[str, Value] = {"rows": 7, "columns": 5, "length": 2, "factor": 0.5}
 

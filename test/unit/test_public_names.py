@@ -39,6 +39,7 @@ from bouncing_disk_ros.study import Arrays, Study, named
 from bouncing_disk_ros.study.by_name import definition_of
 from support.coverage import in_soak
 from support.impact_sounds import drop_times, sound_of
+from support.studies import SMALLEST
 
 SMALL: dict[str, Any] = {"axial_forcing": 0.34, "width": 16, "height": 12}
 
@@ -262,29 +263,11 @@ def test_what_cannot_be_run_is_told(given: object, parameters: dict[str, int], w
         run_study(named("basins", **SMALL), width=3)
 
 
-STUDIES: dict[str, dict[str, Any]] = {
-    "toss_paths": {"points": 16},
-    "toss_map": {"phase_lag_count": 5, "amplitude_angle_count": 3},
-    "bifurcation": {"along": "restitution", "begin": 0.5, "end": 0.6, "count": 3, "settling": 10,
-                    "measured": 20, "kept": 5, "doublings": 0},
-    "parameter_map": {"x_count": 2, "y_count": 2, "settling": 10, "measured": 256},
-    "basins": {"axial_forcing": 0.55, "width": 60, "height": 60},
-    "basin_shares": {"begin": 0.4, "count": 2, "samples": 8},
-    "motor": {"x_count": 3, "y_count": 2},
-    "curves": {"axial_forcing_count": 2, "restitution_count": 2, "settling": 9, "doublings": 0,
-               "axial_forcing_begin": 0.4, "axial_forcing_end": 0.5, "restitution_begin": 0.45,
-               "restitution_end": 0.55},
-    "manifolds": {"axial_forcing": 0.34, "width": 8, "height": 8, "distance": 0.1},
-    "resilience": {"begin": 0.4, "count": 1, "samples": 9, "instants": 2, "resolution": 0.5},
-    "juggling": {"width": 2, "height": 2, "deadline": 5.0},
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("name", STUDIES)
+@pytest.mark.parametrize("name", SMALLEST)
 def test_every_variable_of_a_result_has_a_unit_and_a_name(
     monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
-    made = named(name, **STUDIES[name])
+    made = named(name, **SMALLEST[name])
     finish, found = type(made).finish, list[xr.Dataset]()
 
     def finished(self: Study, result: xr.Dataset, context: Arrays) -> xr.Dataset:
@@ -292,7 +275,7 @@ def test_every_variable_of_a_result_has_a_unit_and_a_name(
         return found[0]
 
     monkeypatch.setattr(type(made), "finish", finished)
-    result = bouncing_disk_ros.run_study(name, **STUDIES[name])
+    result = bouncing_disk_ros.run_study(name, **SMALLEST[name])
     assert result is not None
     for key, variable in found[0].variables.items():
         assert {"units", "long_name"} <= variable.attrs.keys(), f"the study does not describe {key}"
@@ -305,10 +288,10 @@ def test_every_variable_of_a_result_has_a_unit_and_a_name(
 
 
 def test_axes_are_called_by_their_parameter() -> None:
-    result = bouncing_disk_ros.bifurcation(**STUDIES["bifurcation"])
+    result = bouncing_disk_ros.bifurcation(**SMALLEST["bifurcation"])
     assert np.array_equal(result["restitution"], result["value"])
     assert float(result.sel(restitution=0.551, method="nearest")["restitution"]) == 0.55
-    shares = bouncing_disk_ros.basin_shares(**STUDIES["basin_shares"])
+    shares = bouncing_disk_ros.basin_shares(**SMALLEST["basin_shares"])
     assert float(shares.sel(axial_forcing=0.4)["axial_forcing"]) == 0.4
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from fractions import Fraction
 from typing import Any
 
@@ -10,6 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numba import types
+from numba.core.errors import TypingError
+from numba.core.types.functions import BaseFunction
 
 from bouncing_disk_ros.core import arithmetic as arithmetic_kernels
 from support.kernels import Kernels
@@ -58,3 +61,11 @@ def test_an_inlined_kernel_that_returns_an_array_is_refused() -> None:
         returns_pair.compile((types.float64[::1],))
     returns_number: Any = arithmetic_kernels.kernel(lambda table: table[0])
     returns_number.compile((types.float64[::1],))
+
+
+def test_a_failed_compilation_leaves_numba_as_it_was() -> None:
+    find = BaseFunction.get_call_type
+    with pytest.raises(TypingError):
+        arithmetic_kernels.entry(types.float64(types.float64))(lambda x: x.unknown)
+    assert BaseFunction.get_call_type is find
+    assert gc.isenabled()
