@@ -44,7 +44,8 @@ def machine_text(found: dict[str, Any]) -> str:
     machine = found["machine"]
     text = (
         f"Measured on a virtual machine: {machine['processor']}, {machine['processors']} "
-        f"processors, Python {machine['python']}; load before the run "
+        f"processors, widest vectors {machine['vectors']}, {machine['scalar C (ns an impact)']} ns "
+        f"for an impact in scalar C, Python {machine['python']}; load before the run "
         f"{machine['load before the run']}. Aims that were missed are marked."
     )
     return "\n".join([text, "", *(f"- {note}" for note in found["notes"])])

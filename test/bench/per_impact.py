@@ -112,6 +112,6 @@ def rows_of(regime: str, times: dict[str, NDArray[np.float64]]) -> list[Row]:
         "C": "scalar C, axial",
         "heyoka": "heyoka, scalar, axial",
     }
-    pairs = (("core", "C", Aim(1.5)), ("full", "C", None), ("heyoka", "core", Aim(None, 20)))
+    pairs = (("core", "C", Aim(1.1)), ("full", "C", Aim(1.8)), ("heyoka", "core", Aim(None, 20)))
     ratios = [(names[a], names[b], f"{names[a]} / {names[b]}", aim) for a, b, aim in pairs]
     return compared(PART, regime, "ns", {names[key]: t for key, t in times.items()}, ratios)

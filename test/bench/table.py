@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.processor import scalar_c, vectors
+
 
 class Row(NamedTuple):
     """One measured quantity: median and spread (10th to 90th percentile), with its aim, if any."""
@@ -38,7 +40,7 @@ class Aim(NamedTuple):
     def text(self, unit: str) -> str:
         """In words."""
         sign, bound = ("≤", self.at_most) if self.at_most is not None else ("≥", self.at_least)
-        return f"{sign} {bound:g} {unit}"
+        return f"{sign} {bound:.3g} {unit}"
 
     def met_by(self, value: float) -> bool:
         """Whether a value keeps it."""
@@ -90,6 +92,8 @@ def machine() -> dict[str, object]:
     model = next((line.split(":")[1].strip() for line in lines if "model name" in line), "unknown")
     return {
         "processor": model,
+        "vectors": vectors(),
+        "scalar C (ns an impact)": round(scalar_c(), 1),
         "processors": os.cpu_count(),
         "load over the last minute": round(os.getloadavg()[0], 2),
         "kernel": platform.release(),

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from bench.axial import REGIMES, RESTITUTION, Regime, starts
 from bench.basin_map import PIXELS, BasinMap
 from bench.c_reference import CLanes, CReference
+from bench.processor import flags
 from bench.table import Aim, Row, compared
 from bench.turns import Run, interleaved
 from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
@@ -40,7 +41,7 @@ def measure(folder: Path) -> tuple[list[Row], list[str]]:
     rows: list[Row] = []
     notes = []
     for processor, (name, needed) in WIDTHS.items():
-        if lacking := needed - _flags():
+        if lacking := needed - flags():
             notes.append(f"skipped: {name}: this processor has no {', '.join(sorted(lacking))}")
             continue
         found = _in_process_of_its_own(processor, folder)
@@ -52,11 +53,6 @@ def measure(folder: Path) -> tuple[list[Row], list[str]]:
             ratio = ("lanes", "C", "lanes / vectorised C", aim)
             rows += compared(PART, f"{what}, {name}", unit, both, [ratio])
     return rows, notes
-
-
-def _flags() -> set[str]:
-    lines = Path("/proc/cpuinfo").read_text().splitlines()
-    return set(next((line.split(":")[1] for line in lines if line.startswith("flags")), "").split())
 
 
 def _in_process_of_its_own(processor: str, folder: Path) -> dict[str, dict[str, list[float]]]:
