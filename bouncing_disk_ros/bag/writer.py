@@ -416,6 +416,7 @@ class Writer:
         sequence: int = 0,
     ) -> None:
         """Add one message: CDR as received, when it was received and sent, its number."""
+        data = bytes(data)  # its caller may change an array of bytes; bytes are not copied
         self._given[topic] += 1
         file = self._file_for(log_time_ns) if self._splits else self._file or self._open_file()
         sent = log_time_ns if publish_time_ns is None else publish_time_ns

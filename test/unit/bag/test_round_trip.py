@@ -39,6 +39,20 @@ def sent() -> list[Sent]:
     return list(messages(100))
 
 
+def test_an_array_of_bytes_that_its_caller_uses_again_is_written_as_it_was(tmp_path: Path) -> None:
+    folder, used = tmp_path / "run", bytearray()
+    sent = list(messages(10))
+    with bag.Writer(folder, bag.Options()) as writer:
+        for name, kind in TYPES.items():
+            writer.add_topic(name, kind, [QOS])
+        for one in sent:
+            used[:] = one.data
+            writer.write(one.topic, used, one.log_time_ns, one.publish_time_ns, one.sequence)
+        used[:] = bytes(len(used))
+    with bag.open(folder) as run:
+        assert [one.data for one in run.messages()] == [one.data for one in sent]
+
+
 @pytest.fixture(params=WAYS, ids=str, scope="module")
 def folder(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory, sent: list[Sent]
