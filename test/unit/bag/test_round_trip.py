@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import psutil
@@ -47,7 +47,9 @@ def test_an_array_of_bytes_that_its_caller_uses_again_is_written_as_it_was(tmp_p
             writer.add_topic(name, kind, [QOS])
         for one in sent:
             used[:] = one.data
-            writer.write(one.topic, used, one.log_time_ns, one.publish_time_ns, one.sequence)
+            writer.write(
+                one.topic, cast("bytes", used), one.log_time_ns, one.publish_time_ns, one.sequence
+            )
         used[:] = bytes(len(used))
     with bag.open(folder) as run:
         assert [one.data for one in run.messages()] == [one.data for one in sent]
