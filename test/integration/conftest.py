@@ -7,19 +7,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from support.processes import Starter
 from support.ros_peer import Peer
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.testing import SteppedSimulator
-
-
-@pytest.fixture
-def start(ros_domain: int, warm_kernels: None) -> Iterator[Starter]:
-    """Start executables, forked where they need no environment of their own, and commands."""
-    starter = Starter(forks=True)
-    yield starter
-    starter.close()
 
 
 @pytest.fixture

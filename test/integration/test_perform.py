@@ -34,7 +34,7 @@ RUNNING = r"running at"
 @pytest.fixture(scope="module")
 def simulator(ros_domain: int) -> Iterator[Process]:
     """A simulator on the period-1 orbit of the preset, running, for all tests of a worker."""
-    starter = Starter(forks=True)
+    starter = Starter()
     process = starter("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss")
     process.wait_for(RUNNING)
     yield process
@@ -156,7 +156,7 @@ def test_a_simulator_that_does_not_suit_is_named(
 
 
 def test_perform_is_interrupted(start: Starter, peer: Peer) -> None:
-    process = start("perform", "spin_up", env={})  # as a user starts it
+    process = start("perform", "spin_up")
     process.wait_for(r"^sent:")
     assert process.end(signal.SIGINT) == 130
     (line,) = process.stderr.splitlines()

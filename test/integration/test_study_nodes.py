@@ -63,8 +63,7 @@ def test_a_late_subscriber_gets_the_labels_with_the_lowest_row_at_the_bottom(
     start: Starter, tmp_path: Path
 ) -> None:
     files = ("-r", "__ns:=/lab", "--params-file", str(ROOT / "config" / "fig4a.yaml"))
-    options = options_of(tmp_path / "b", {"width": 40, "height": 30, "hold": "true"})
-    node = start("basins", "--ros-args", *files, *options, env={})  # as a user starts it
+    node = begin(start, "basins", tmp_path / "b", *files, width=40, height=30, hold="true")
     node.wait_for("running until Ctrl-C", WAIT)
     labels = pixels(wait_for_message(Image, "/lab/basins/result", latched=True))
     assert wait_for_message(Float32, "/lab/basins/progress", latched=True).data == 1.0

@@ -44,7 +44,7 @@ def test_it_starts_a_simulator_and_ends_it(
     start: Starter, visit: Callable[[Process], PageClient]
 ) -> None:
     """Also where that dies in between: the page says so."""
-    workbench = start("workbench", *ROS, env={})  # as a user starts it
+    workbench = start("workbench", *ROS)
     page = visit(workbench)
     page.wait(lambda: path_end(page) > 0.5, 60.0)
     (simulator,) = simulators_of(workbench)

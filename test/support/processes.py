@@ -26,8 +26,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import IO
 
-from support.forked import Forked, fork_server
-
 PATIENCE = 30.0  # s; bounds a wait for a condition, long past any start-up on a loaded machine
 INFORMATION = re.compile(
     r"\[INFO\]"
@@ -58,26 +56,20 @@ class Process:
         command: Sequence[str],
         env: Mapping[str, str | None] | None = None,
         cwd: str | None = None,
-        *,
-        is_forked: bool = False,
     ) -> None:
         self.command = list(command)
         self.lines: list[tuple[str, str]] = []
         self._changed = threading.Condition()
-        self._popen: subprocess.Popen[str] | Forked = (
-            fork_server().start(self.command, environment(env))
-            if is_forked
-            else subprocess.Popen(
-                self.command,
-                env=environment(env),
-                cwd=cwd,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-                text=True,
-                errors="replace",
-                start_new_session=True,
-            )
+        self._popen = subprocess.Popen(
+            self.command,
+            env=environment(env),
+            cwd=cwd,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",
+            start_new_session=True,
         )
         assert self._popen.stdout is not None
         assert self._popen.stderr is not None
@@ -202,23 +194,15 @@ def any_ends(processes: Sequence[Process], timeout: float = PATIENCE) -> None:
 
 
 class Starter:
-    """Starts processes and keeps them, so that none outlives the test.
+    """Starts processes and keeps them, so that none outlives the test."""
 
-    `forks`: executables with the environment of the tests are forked from a process that has their
-    libraries (support/forked.py), and do what they do as processes of their own.
-    """
-
-    def __init__(self, *, forks: bool = False) -> None:
+    def __init__(self) -> None:
         self.processes: list[Process] = []
-        self._forks = forks
 
     def __call__(
         self, name: str, *arguments: str, env: Mapping[str, str | None] | None = None
     ) -> Process:
         """Start the executable `name` of this package."""
-        if env is None and self._forks:
-            self.processes.append(Process([name, *arguments], is_forked=True))
-            return self.processes[-1]
         return self.command([sys.executable, "-m", "bouncing_disk_ros", name, *arguments], env=env)
 
     def command(
