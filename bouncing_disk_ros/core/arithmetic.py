@@ -49,11 +49,10 @@ C12, C14, C16 = 1.0 / 479001600.0, -1.0 / 87178291200.0, 1.0 / 20922789888000.0
 
 
 # ------------------------------------------------------------------------------------------------
-# How numba compiles the kernels: without what it would do twice, or for code of another kind. It
-# optimises each inner function anew within each function that calls it, and links into each all
-# that it calls. Its passes over closures, overloads and expressions of arrays change nothing in a
-# kernel, and it looks for the function behind each `a * b` by trying all that are called so, those
-# of arrays first. Left out, a first start takes two thirds of the processor time.
+# How numba compiles the kernels. By itself numba optimises each inner function again in each
+# caller, and links all callees into each function. Its passes over closures, overloads and array
+# expressions change nothing in a kernel. For each `a * b` it tries all functions of that operator,
+# array functions first. Without this work a first start takes two thirds of the processor time.
 
 
 _NEEDLESS = {
@@ -72,10 +71,10 @@ _NEEDLESS = {
     "RewriteSemanticConstants",
     "WithLifting",
 }
-"""numba's passes for what no inner function has: closures, array expressions, literals as types.
+"""numba's passes for closures, array expressions and literal types: inner functions have none.
 
-One that has it is refused by a later pass, or computes the same with more code. IRLegalization
-ends the life of variables: of use where arrays are counted."""
+A later pass refuses a function with closures; array expressions compute the same with more code.
+IRLegalization ends the life of variables, which is of use where arrays are counted."""
 
 
 class InnerLibrary(JITCodeLibrary):
@@ -107,7 +106,7 @@ class InnerLibrary(JITCodeLibrary):
         return self._shared_module
 
     def with_callees(self) -> list[JITCodeLibrary]:
-        """Return what a caller must link: this library and those of all that it calls."""
+        """Return the libraries that a caller must link: this one and its callees'."""
         return list(dict.fromkeys([self, *self._linking_libraries]))
 
     def get_pointer_to_function(self, _name: str) -> int:

@@ -25,6 +25,8 @@ _PHASE_ROUNDING = ROUNDING
 # A bounce that lasts less than this (rad) ends at the instant at which it begins, to rounding: it
 # is contact. With ε = 1 bounces that short would follow one another without end.
 _NO_BOUNCE = 2.0 * math.pi * INSTANT
+SLOW = 1e-2
+"""A disk that leaves the platform with u > SLOW·a/ω bounces: T ω is far from small."""
 # Longer than this (rad) β̈ is not constant enough: its change enters the friction sums by the cube.
 _STRAIGHT = 4e-6
 # Up to here (rad) the series of β̇ is exact to rounding with its first four derivatives.
@@ -65,8 +67,8 @@ def chatter_end(motion: Record, disk: Record, s: Jet, u: float) -> tuple[int, fl
     taken in closed form; STILL: the bounce is too short to have a duration.
     """
     a = disk.g + s[2]
-    # cheap refusal: T ω is far from small for all but the last bounces
-    if a <= 0.0 or u * motion.omega_max > 1e-2 * a:
+    # cheap refusal, of all but the last bounces
+    if a <= 0.0 or u * motion.omega_max > SLOW * a:
         return BOUNCES, 0.0
     if 2.0 * u * motion.omega_max <= _NO_BOUNCE * a:
         return STILL, 0.0

@@ -65,10 +65,8 @@ def label_starts(
        cells that this attractor visits and no other one does; else it is unresolved.
 
     Each label depends on its own start alone, so the arrays may be cut anywhere. `regions` about
-    chaotic attractors, by their labels, give the same labels sooner: a start in one after EARLY
-    impacts is followed no further.
-    Each label depends on its own start alone, so the arrays may be cut anywhere. Raises InputError
-    for starts that are none.
+    chaotic attractors, by their labels, give the same labels sooner: a start that is in a region
+    after EARLY impacts is followed no further. Raises InputError for starts that are none.
 
     >>> section = NextCollisionMap(axial_forcing=0.45, restitution=0.5)
     >>> tau, w = np.linspace(0.0, 6.0, 50), np.full(50, -1.3)

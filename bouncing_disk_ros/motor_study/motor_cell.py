@@ -36,6 +36,7 @@ from bouncing_disk_ros.core.arithmetic import (
     sincos,
     sincos_excess,
 )
+from bouncing_disk_ros.core.chatter import SLOW
 from bouncing_disk_ros.core.energy_ledger import Ledger
 from bouncing_disk_ros.core.forcing_clock import Clock, instant_of, seconds_between
 from bouncing_disk_ros.core.impact_log import ROWS, Rows
@@ -84,8 +85,6 @@ _SURE = 3.0
 """So many standard errors are to be within what is asked for."""
 _MET = 1e-6
 """Two disks have met within this part of the scale of the speed."""
-_SLOW = 1e-2
-"""A disk that leaves the platform with u > SLOW·a/ω bounces, as `chatter_end` says."""
 _MOST_EVENTS = 100_000  # in one period: far more than any has
 _MOST_STEPS = 200  # of the search for a fixed point: far more than any takes
 _ROUNDING = 2.0**-52
@@ -262,7 +261,7 @@ def _is_shared(state: Record, motion: Record, disk: Record) -> bool:
     Not where chattering may end: that depends on the rotation too (`chatter_end`). Nor where the
     rotation is beyond the range of numbers.
     """
-    chatters = state.gap == 0.0 and state.u * motion.omega_max <= _SLOW * (disk.g + motion.s2)
+    chatters = state.gap == 0.0 and state.u * motion.omega_max <= SLOW * (disk.g + motion.s2)
     if state.phase != FLIGHT or (chatters and state.u != 0.0):
         return False
     return math.isfinite(state.omega + state.angle)
