@@ -88,6 +88,9 @@ def test_an_earlier_bag_is_replaced_and_nothing_else(
 ) -> None:
     earlier, other = tmp_path / "earlier", tmp_path / "other"
     bag.Writer(earlier).close()
+    for wrong in ("duration:=1.0", "picture:=demo.txt", "duratoin:=20.0"):
+        assert ends(capfd, "demo", "--bag", str(earlier), "--ros-args", "-p", wrong)[0] == 2
+        assert earlier.exists()
     remove_old_bag(earlier)
     assert not earlier.exists()
     remove_old_bag(earlier)

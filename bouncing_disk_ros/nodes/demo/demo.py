@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from bouncing_disk_ros.command_line import environment
-from bouncing_disk_ros.command_line.start import Start
+from bouncing_disk_ros.command_line.start import Start, option_values
 from bouncing_disk_ros.errors import ExitCode
 from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.parameters import Spec
@@ -43,8 +43,10 @@ def _with_ros(start: Start, folder: Path) -> int:
     with start.stop.loading():
         from bouncing_disk_ros.nodes.demo.demo_bag import remove_old_bag
         from bouncing_disk_ros.nodes.demo.demo_node import DemoNode
+        from bouncing_disk_ros.nodes.demo.demo_story import picture_of
         from bouncing_disk_ros.ros.spin import run_node
 
+    picture_of(option_values(start.overrides, OPTIONS))  # what is wrong is refused before that
     remove_old_bag(folder)
     export = environment.use_private_domain()
     with DemoNode.children(folder) as children:
