@@ -25,7 +25,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bouncing_disk_ros.core.arithmetic import kernel
+from bouncing_disk_ros.core.compilation import kernel
 
 
 def rebounded(w: Any, restitution: Any) -> Any:

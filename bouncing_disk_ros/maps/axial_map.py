@@ -14,8 +14,9 @@ from typing import NamedTuple
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import entry, kernel, sincos, wrapped
+from bouncing_disk_ros.core.arithmetic import sincos, wrapped
 from bouncing_disk_ros.core.chatter import BOUNCES, chatter_end
+from bouncing_disk_ros.core.compilation import entry, kernel
 from bouncing_disk_ros.core.contact_events import load, load_returns
 from bouncing_disk_ros.core.flight import Launch, first_impact, never_leaves, separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after

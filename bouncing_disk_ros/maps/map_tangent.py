@@ -15,7 +15,8 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, kernel, sincos, sincos_excess
+from bouncing_disk_ros.core.arithmetic import TWO_PI, sincos, sincos_excess
+from bouncing_disk_ros.core.compilation import entry, kernel
 from bouncing_disk_ros.core.platform import Record
 from bouncing_disk_ros.maps.axial_map import GRAVITY, MAP_CONTACT, MAP_REST, next_impact
 

@@ -28,15 +28,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import from_dtype, types
 
-from bouncing_disk_ros.core.arithmetic import (
-    TWO_PI,
-    entry,
-    kernel,
-    rare_kernel,
-    sincos,
-    sincos_excess,
-)
+from bouncing_disk_ros.core.arithmetic import TWO_PI, sincos, sincos_excess
 from bouncing_disk_ros.core.chatter import SLOW
+from bouncing_disk_ros.core.compilation import entry, kernel, rare_kernel
 from bouncing_disk_ros.core.energy_ledger import Ledger
 from bouncing_disk_ros.core.forcing_clock import Clock, instant_of, seconds_between
 from bouncing_disk_ros.core.impact_log import ROWS, Rows

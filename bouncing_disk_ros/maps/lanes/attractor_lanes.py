@@ -15,7 +15,8 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.arithmetic import kernel, sincos
+from bouncing_disk_ros.core.arithmetic import sincos
+from bouncing_disk_ros.core.compilation import kernel
 from bouncing_disk_ros.core.restitution import speed_after as scalar_speed_after
 from bouncing_disk_ros.maps import axial_map, map_tangent
 from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, MAP_IMPACT, MAP_REST

@@ -17,7 +17,7 @@ from bouncing_disk_ros.units import NS
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, ReplayedBag
-    from bouncing_disk_ros.run.replay_check import Replay
+    from bouncing_disk_ros.run.replay import Replay
 
 
 def run_lines(number: int, run: Replay) -> list[str]:

@@ -14,9 +14,8 @@ from bouncing_disk_ros.maps.attractor_search import missed_attractors, window_at
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
 from bouncing_disk_ros.maps.axial_iteration import iterate_forwards
 from bouncing_disk_ros.maps.axial_map import ORBIT_DELAY, ORBIT_TAU, ORBIT_W, axial_orbit
-from bouncing_disk_ros.maps.basin_labels import Floats, LabelRule, label_starts
-from bouncing_disk_ros.maps.label_maps import UNRESOLVED, centres
-from bouncing_disk_ros.maps.lanes.label_lanes import StartLabels
+from bouncing_disk_ros.maps.basin_labels import Floats, LabelRule, StartLabels, label_starts
+from bouncing_disk_ros.maps.basin_measures import UNRESOLVED, centres
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 
 IN_CONTACT = -2
