@@ -49,7 +49,7 @@ class WaitingInput(NamedTuple):
 
 def motion_of(values: Mapping[str, Value]) -> Motion:
     """The platform motion of a set of parameters; the phase lag wraps to ±π."""
-    motion = Motion(*(float(values[name]) for name in Motion._fields))
+    motion = Motion.of(values)
     return motion._replace(phase_lag=math.remainder(motion.phase_lag, math.tau))
 
 

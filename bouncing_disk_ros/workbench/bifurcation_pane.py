@@ -32,12 +32,11 @@ from bouncing_disk_ros.maps.attractors import Attractor, numbered
 from bouncing_disk_ros.maps.basin_measures import centres
 from bouncing_disk_ros.maps.bifurcation_diagram import Branch, from_starts
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
-from bouncing_disk_ros.parameters import AXIAL_FORCING, TABLE
+from bouncing_disk_ros.parameters import AXIAL_FORCING, TABLE, amplitude_of
 from bouncing_disk_ros.study.bifurcation.options import DEFINITION as BIFURCATION
 from bouncing_disk_ros.study.bifurcation.picture import CONTACT_INK, INK, density
 from bouncing_disk_ros.units import in_pi, number_text, with_prefix
 from bouncing_disk_ros.workbench.basin_pane import attractors_of
-from bouncing_disk_ros.workbench.control_pane import amplitude_of
 from bouncing_disk_ros.workbench.latest_work import IsObsolete, LatestWork
 from bouncing_disk_ros.workbench.start_plane import described, section_of
 from bouncing_disk_ros.workbench.tab import TabPane, placed
