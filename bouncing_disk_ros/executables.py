@@ -83,7 +83,7 @@ _TABLE: dict[str, tuple[str, str]] = {
         "simulate a recorded run again from its inputs: bit-identical, or changed",
     ),
     "bag_recover": (
-        "bag.bag_recover",
+        "report.bag_recover",
         "repair a bag that is incomplete or damaged",
     ),
     "bag_report": (

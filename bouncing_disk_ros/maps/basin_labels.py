@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numba import types
@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.core.arithmetic import TWO_PI
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.field_checks import numbers
-from bouncing_disk_ros.maps.absorbing_region import AbsorbingRegion
 from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors, Cells
 from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, MAP_REST, next_impact
 from bouncing_disk_ros.maps.basin_measures import UNRESOLVED
@@ -46,6 +45,9 @@ from bouncing_disk_ros.maps.lanes.lane_basics import (
 )
 from bouncing_disk_ros.maps.lanes.lane_flight import land_lanes, run_lanes
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.maps.absorbing_region import AbsorbingRegion
 
 Floats = NDArray[np.float64]
 Labels = NDArray[np.int32]

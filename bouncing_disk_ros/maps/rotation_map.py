@@ -44,10 +44,10 @@ from bouncing_disk_ros.maps.axial_map import (
     MAP_REST,
     ORBIT_KIND,
     MapDisk,
+    flight_tangent,
     landing,
     launched_impact,
 )
-from bouncing_disk_ros.maps.map_tangent import flight_tangent
 
 ORBIT_SPEED, ORBIT_TURNED = ORBIT_KIND + 1, ORBIT_KIND + 2
 """Columns of what `collision_orbit` writes, after those of `axial_map`."""

@@ -54,13 +54,8 @@ from bouncing_disk_ros.core.next_event import find_next
 from bouncing_disk_ros.core.platform import Record
 from bouncing_disk_ros.core.propagate import classify_contact, propagate
 from bouncing_disk_ros.core.resolve_event import resolve
-from bouncing_disk_ros.maps.map_tangent import (
-    LARGEST_ERROR,
-    carried,
-    error_size,
-    rounded,
-    turned_tangent,
-)
+from bouncing_disk_ros.maps.axial_map import turned_tangent
+from bouncing_disk_ros.maps.map_tangent import LARGEST_ERROR, carried, error_size, rounded
 
 Floats = Any  # float64 arrays, of one or two dimensions
 Ints = Any  # int64 arrays

@@ -72,6 +72,8 @@ class Session:
     validated already (run.command_validation, parameters).
     """
 
+    events_at_once = EVENTS_AT_ONCE
+
     def __init__(
         self, values: Mapping[str, Value], record: Callable[[Record], None], paused: bool = False
     ) -> None:

@@ -227,13 +227,12 @@ class MapFigure:
             if not len(points):
                 continue
             phases = into(points[:, 0], view.window)
-            contact = one.kind is AttractorKind.CHATTERING
             small = len(points) > _CLOUD
             columns["x"] += phases.tolist()
             columns["y"] += points[:, 1].tolist()
             columns["name"] += [described(one, name)] * len(points)
-            columns["fill"] += [VERMILION if contact else "white"] * len(points)
-            columns["size"] += [2 if small else 5 if contact else 9] * len(points)
+            columns["fill"] += [VERMILION if one.chatters else "white"] * len(points)
+            columns["size"] += [2 if small else 5 if one.chatters else 9] * len(points)
             if one.kind is AttractorKind.PERIODIC:
                 names["x"].append(phases[0])
                 names["y"].append(points[0, 1])

@@ -27,7 +27,7 @@ from typing import IO, NamedTuple
 TOOLS = {
     "bag_report": "bouncing_disk_ros.report.bag_report:main",
     "replay": "bouncing_disk_ros.nodes.replay.replay:main",
-    "bag_recover": "bouncing_disk_ros.bag.bag_recover:main",
+    "bag_recover": "bouncing_disk_ros.report.bag_recover:main",
     "read": "support.tool_server:read",
     "study": "support.tool_server:study",
 }

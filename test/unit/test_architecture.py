@@ -24,7 +24,7 @@ TABLES = {
 #: folder of the base -> the folders it may import. A new folder must be entered here or below.
 BASE = {
     "command_line": {"command_line"},
-    "bag": {"bag", "command_line"},
+    "bag": {"bag"},
     "core": {"core"},
     "maps": {"maps", "core"},
     "run": {"run", "core"},

@@ -15,10 +15,10 @@ from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import Reader
 
 from bouncing_disk_ros import bag, limits
-from bouncing_disk_ros.bag import bag_recover
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.bag.source import Source
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.report import bag_recover
 from reference.cases import examples
 from support.bags import START_NS, TYPES, Sent, make, messages, write
 from support.hostile.base import content
