@@ -16,11 +16,11 @@ from .maps.attractors import Attractor as Attractor
 from .maps.attractors import AttractorKind as AttractorKind
 from .maps.attractors import Attractors as Attractors
 from .maps.basin_labels import label_starts as label_starts
+from .maps.basin_measures import basin_entropy as basin_entropy
+from .maps.basin_measures import box_dimension as box_dimension
+from .maps.basin_measures import uncertainty_exponent as uncertainty_exponent
 from .maps.best_lag import best_lag as best_lag
 from .maps.bifurcations import period_doublings as period_doublings
-from .maps.label_maps import basin_entropy as basin_entropy
-from .maps.label_maps import box_dimension as box_dimension
-from .maps.label_maps import uncertainty_exponent as uncertainty_exponent
 from .maps.next_collision import Impacts as Impacts
 from .maps.next_collision import MapState as MapState
 from .maps.next_collision import NextCollisionMap as NextCollisionMap

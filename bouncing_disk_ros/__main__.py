@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from bouncing_disk_ros.command_line.environment import prepare_stdout
+from bouncing_disk_ros.command_line.stdout import prepare_stdout
 from bouncing_disk_ros.errors import ExitCode, InputError, closest
 from bouncing_disk_ros.executables import EXECUTABLES, entry_point, loaded
 

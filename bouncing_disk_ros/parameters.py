@@ -12,6 +12,7 @@ from array import array
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 from bouncing_disk_ros.angles import angle_of
 from bouncing_disk_ros.errors import InputError, closest
@@ -85,6 +86,12 @@ class Spec:
         return f"{noun} {' and '.join(part for part in (low, high) if part)}".rstrip() + unit + part
 
     @property
+    def bounds(self) -> tuple[float, float]:
+        """`low` and `high`; infinite where there is none."""
+        low, high = self.low, self.high
+        return -math.inf if low is None else low, math.inf if high is None else high
+
+    @property
     def acts_at_reset(self) -> bool:
         """Whether a change acts at the next reset only."""
         return self.group in ("motion", "start")
@@ -132,7 +139,8 @@ class Spec:
             raise InputError(field, given, self.allowed, closest(value, self.words))
         if isinstance(value, (bool, str)):
             return value
-        if not math.isfinite(value) or self._is_outside(value):
+        low, high = self.bounds
+        if not math.isfinite(value) or not low <= value <= high:
             raise InputError(field, given, self.allowed)
         return value
 
@@ -141,10 +149,6 @@ class Spec:
         if self.type is not float or type(given) is not int:
             return False
         return abs(given) <= 2**1000  # float() overflows at 2**1024
-
-    def _is_outside(self, value: float) -> bool:
-        too_low = self.low is not None and value < self.low
-        return too_low or (self.high is not None and value > self.high)
 
 
 _PAPER = "Liu, Friend, Yeo (EPL 2009)"
@@ -342,6 +346,12 @@ def later_text(names: Iterable[str]) -> str:
 def checked(values: Mapping[str, object]) -> dict[str, Value]:
     """Every value checked and cast by its row; unknown names are InputErrors."""
     return {name: spec_of(name).checked(value) for name, value in values.items()}
+
+
+def amplitude_of(axial_forcing: float, values: Mapping[str, Any]) -> float:
+    """The axial amplitude, m, that has a forcing Γ with the other parameters."""
+    pull = values["gravity"] + values["preload"] / values["mass"]
+    return float(axial_forcing * math.pi * pull / (math.tau * values["frequency"]) ** 2)
 
 
 def complete(values: Mapping[str, object]) -> dict[str, Value]:

@@ -1,10 +1,14 @@
-"""Ranges of the sliders of graphical tools, where what a parameter may be is too wide for one."""
+"""Ranges of sliders, where what a parameter may be is too wide for one.
+
+`slider_of` is for tools that know a parameter alone, `page_spans` for the page, which knows all.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
-from bouncing_disk_ros.parameters import TABLE, Value
+from bouncing_disk_ros.parameters import AXIAL_FORCING, TABLE, Value, amplitude_of
 
 _SLIDERS = {
     "axial_amplitude": (0.0, 0.1), "angular_amplitude": (0.0, math.pi), "frequency": (0.1, 20.0),
@@ -32,4 +36,24 @@ def slider_of(name: str, value: Value) -> tuple[float, float] | None:
         return None
     spec, (low, high) = TABLE[name], _SLIDERS[name]
     low, high = min(low, value, 2 * value), max(high, value, 2 * value)
-    return max(low, spec.low or low), min(high, spec.high or high)
+    least, most = spec.bounds
+    return max(low, least), min(high, most)
+
+
+def page_spans(values: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+    """The ranges of sliders that depend on the other parameters: Γ, platform, preload and loads."""
+    weight = values["mass"] * values["gravity"]
+    pull = max(weight + values["preload"], 0.0)
+    # T* = μ a_e (m g + P): what friction can pass on in the mean, N·m; at least a little
+    torque = max(values["friction"] * values["friction_radius"] * pull, 1e-9)
+    reach = max(amplitude_of(1.0, values), 1e-9)  # as Γ; the arc goes as far
+    return {
+        AXIAL_FORCING.name: (0.0, 1.0),
+        "axial_amplitude": (0.0, reach),
+        "angular_amplitude": (0.0, reach / values["friction_radius"]),
+        "frequency": (0.1 * values["frequency"], 2.0 * values["frequency"]),
+        "preload": (-0.5 * weight, 4.0 * weight),
+        "load_torque": (-1.2 * torque, 1.2 * torque),
+        "brake_torque": (0.0, 1.2 * torque),
+        "load_inertia": (0.0, 10.0 * values["mass"] * values["gyration_radius"] ** 2),
+    }

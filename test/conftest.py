@@ -20,7 +20,7 @@ import pytest
 
 import bouncing_disk_ros
 from bouncing_disk_ros import folders
-from bouncing_disk_ros.command_line import environment
+from bouncing_disk_ros.command_line import private_domain
 from support.processes import Starter
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def ros_domain() -> Iterator[int]:
     from domain_coordinator import domain_id
 
     candidates = (1 + (os.getpid() + step) % 101 for step in itertools.count())
-    free = filter(environment.domain_is_free, candidates)
+    free = filter(private_domain.domain_is_free, candidates)
     with ExitStack() as stack:
         domain: int = stack.enter_context(domain_id(lambda: next(free)))
         patch = stack.enter_context(pytest.MonkeyPatch.context())
@@ -101,7 +101,7 @@ def ros_domain() -> Iterator[int]:
             patch.delenv(name, raising=False)
         patch.setenv(
             "FASTRTPS_DEFAULT_PROFILES_FILE",
-            str(ROOT / "config" / environment.FAST_DISCOVERY_PROFILE),
+            str(ROOT / "config" / private_domain.FAST_DISCOVERY_PROFILE),
         )
         patch.setenv("AMENT_PREFIX_PATH", os.environ.get("AMENT_PREFIX_PATH", ""))
         folders.use_package_index()

@@ -45,7 +45,7 @@ KERNELS = (
     "core.engine",
     "core.offset_extremes",
     "maps.lanes.attractor_lanes",
-    "maps.lanes.label_lanes",
+    "maps.basin_labels",
     "maps.single_toss",
     "maps.rotation_map",
     "maps.map_tangent",

@@ -15,6 +15,7 @@ from typing import NoReturn
 
 from bouncing_disk_ros.command_line import environment
 from bouncing_disk_ros.command_line.ros_arguments import Overrides, RosArguments
+from bouncing_disk_ros.command_line.stdout import prepare_stdout
 from bouncing_disk_ros.command_line.stop import Answer, Stop
 from bouncing_disk_ros.errors import (
     BagError,
@@ -87,7 +88,7 @@ class Start:
         self._node_name = node_name or name
         self._takes_ros, self._needs_ros = table is not None, needs_ros
         self.stop = Stop(name, code).install()
-        environment.prepare_stdout()
+        prepare_stdout()
         environment.prepare(uses_ros=self._takes_ros)
         argv = list(sys.argv[1:] if args is None else args)
         at = argv.index("--ros-args") if "--ros-args" in argv else len(argv)

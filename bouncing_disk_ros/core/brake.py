@@ -7,7 +7,7 @@ in contact see `contact_table`.
 
 from __future__ import annotations
 
-from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel
+from bouncing_disk_ros.core.compilation import kernel, rare_kernel
 from bouncing_disk_ros.core.platform import Record
 from bouncing_disk_ros.core.roots import ROUNDING
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
-from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel, sincos
+from bouncing_disk_ros.core.arithmetic import sincos
 from bouncing_disk_ros.core.brake import STOPPED_TAIL, braked_spin, chatter_drag, sign_of
+from bouncing_disk_ros.core.compilation import kernel, rare_kernel
 from bouncing_disk_ros.core.flight import Launch, gap_after
 from bouncing_disk_ros.core.platform import (
     Jet,

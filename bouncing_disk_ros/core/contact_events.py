@@ -13,8 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, rare_kernel, sincos, wrapped
+from bouncing_disk_ros.core.arithmetic import TWO_PI, sincos, wrapped
 from bouncing_disk_ros.core.brake import tie
+from bouncing_disk_ros.core.compilation import kernel, rare_kernel
 from bouncing_disk_ros.core.flight import (
     SEARCH_STEPS,
     Launch,

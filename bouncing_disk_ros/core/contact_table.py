@@ -18,8 +18,8 @@ sign of α̇ is not kept: it gives no torque.
 
 from __future__ import annotations
 
-from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel
 from bouncing_disk_ros.core.brake import left_over, sign_of, tie
+from bouncing_disk_ros.core.compilation import kernel, rare_kernel
 from bouncing_disk_ros.core.layout import HELD, SLIDING, STICKING
 from bouncing_disk_ros.core.platform import Jet, Record
 

@@ -12,7 +12,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, rare_kernel, sincos, two_sum
+from bouncing_disk_ros.core.arithmetic import TWO_PI, sincos, two_sum
+from bouncing_disk_ros.core.compilation import kernel, rare_kernel
 from bouncing_disk_ros.core.flight import Launch, gap_after
 from bouncing_disk_ros.core.layout import (
     L_AXIAL,

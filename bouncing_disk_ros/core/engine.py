@@ -10,7 +10,8 @@ from numba import types
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core import checkpoint, input_kernels, platform
-from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, sine_and_cosine
+from bouncing_disk_ros.core.arithmetic import TWO_PI, sine_and_cosine
+from bouncing_disk_ros.core.compilation import entry
 from bouncing_disk_ros.core.energy_ledger import Ledger
 from bouncing_disk_ros.core.impact_log import ROWS, Rows
 from bouncing_disk_ros.core.layout import (

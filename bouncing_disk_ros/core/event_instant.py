@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel
+from bouncing_disk_ros.core.compilation import kernel, rare_kernel
 from bouncing_disk_ros.core.flight import (
     Launch,
     flies_far,

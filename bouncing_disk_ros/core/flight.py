@@ -10,14 +10,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from bouncing_disk_ros.core.arithmetic import (
-    TWO_PI,
-    arcsine,
-    kernel,
-    rare_kernel,
-    sincos,
-    sincos_excess,
-)
+from bouncing_disk_ros.core.arithmetic import TWO_PI, arcsine, sincos, sincos_excess
+from bouncing_disk_ros.core.compilation import kernel, rare_kernel
 from bouncing_disk_ros.core.layout import FADE, STEADY
 from bouncing_disk_ros.core.platform import (
     Jet,

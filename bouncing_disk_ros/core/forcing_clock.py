@@ -14,15 +14,14 @@ from typing import NamedTuple
 from bouncing_disk_ros.core.arithmetic import (
     GIGA,
     TWO_PI,
-    kernel,
     pair_product,
     pair_quotient,
     pair_sum,
-    rare_kernel,
     two_product,
     two_sum,
     wrapped,
 )
+from bouncing_disk_ros.core.compilation import kernel, rare_kernel
 from bouncing_disk_ros.core.layout import FADE, STEADY
 from bouncing_disk_ros.core.platform import Record, phase_advance
 

@@ -7,7 +7,8 @@ from typing import Any
 
 from numba import from_dtype
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel
+from bouncing_disk_ros.core.arithmetic import TWO_PI
+from bouncing_disk_ros.core.compilation import kernel
 from bouncing_disk_ros.core.forcing_clock import elapsed
 from bouncing_disk_ros.core.layout import STEADY
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, LARGEST_FLOAT32, ImpactKind

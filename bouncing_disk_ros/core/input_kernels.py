@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import from_dtype, types
 
-from bouncing_disk_ros.core.arithmetic import entry
 from bouncing_disk_ros.core.brake import sign_of
+from bouncing_disk_ros.core.compilation import entry
 from bouncing_disk_ros.core.energy_ledger import Ledger, add_entry, mechanical_energy
 from bouncing_disk_ros.core.event_instant import instant_rounding, take_to_input
 from bouncing_disk_ros.core.forcing_clock import Clock, elapsed, phase_of, seconds_between

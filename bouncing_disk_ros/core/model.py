@@ -46,6 +46,11 @@ class Motion(NamedTuple):
     frequency: float  # f = ω/2π, Hz
     phase_lag: float  # θ, rad
 
+    @classmethod
+    def of(cls, values: Mapping[str, Any]) -> Motion:
+        """The motion of a set of parameters, by their names."""
+        return cls(*(float(values[name]) for name in cls._fields))
+
 
 class Disk(NamedTuple):
     """Disk, contact and constant loads."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel
 from bouncing_disk_ros.core.brake import tie
 from bouncing_disk_ros.core.chatter import BOUNCES, STILL, braked_chatter, chatter_verdict
+from bouncing_disk_ros.core.compilation import kernel, rare_kernel
 from bouncing_disk_ros.core.contact_events import (
     HOLD,
     ONE_PERIOD,

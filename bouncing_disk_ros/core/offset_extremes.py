@@ -15,7 +15,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.arithmetic import entry, kernel, rare_kernel
+from bouncing_disk_ros.core.compilation import entry, kernel, rare_kernel
 from bouncing_disk_ros.core.offset import CONSTANT, CUBIC, LINE, QUINTIC, Extremes, Lane, Segment
 
 _SIZE = 6

@@ -18,14 +18,13 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.core.arithmetic import (
     GIGA,
     TWO_PI,
-    kernel,
     pair_sum,
-    rare_kernel,
     sincos,
     sine_and_cosine,
     two_product,
     wrapped,
 )
+from bouncing_disk_ros.core.compilation import kernel, rare_kernel
 from bouncing_disk_ros.core.layout import (
     FADE,
     MOTION_DTYPE,

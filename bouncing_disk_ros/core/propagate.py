@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, kernel, rare_kernel, sincos
+from bouncing_disk_ros.core.arithmetic import TWO_PI, sincos
 from bouncing_disk_ros.core.brake import braked_spin, sign_of
+from bouncing_disk_ros.core.compilation import kernel, rare_kernel
 from bouncing_disk_ros.core.contact_events import load, slide
 from bouncing_disk_ros.core.contact_table import enter_what_holds
 from bouncing_disk_ros.core.energy_ledger import (

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel
 from bouncing_disk_ros.core.brake import STOPPED_TAIL, chatter_drag, sign_of, stopped_tail
 from bouncing_disk_ros.core.chatter import (
     chatter_rotation,
     chatter_sums,
     first_of_chatter,
 )
+from bouncing_disk_ros.core.compilation import kernel, rare_kernel
 from bouncing_disk_ros.core.contact_table import enter, row_bit
 from bouncing_disk_ros.core.energy_ledger import (
     Ledger,

@@ -8,7 +8,7 @@ the same in all of them, and change with the law by hand:
 - sums over a chatter: `chatter.chatter_duration`, `tail_push`, `chatter_sums`, `chatter_rotation`,
   `chatter_scale`, `chatter_friction`, `braked_chatter`, `brake.stopped_tail` and
   `resolve_event._end_chatter_rotation`;
-- derivatives of the map: `map_tangent.turned_tangent`, `periodic_orbit` (determinant ε²ⁿ),
+- derivatives of the map: `axial_map.turned_tangent`, `periodic_orbit` (determinant ε²ⁿ),
   `next_collision.NextCollisionMap.jacobian`;
 - the map backwards: `axial_iteration.previous_impact`, `basins.compute.before_impact`;
 - period-1 orbits: `existence_limit`, `impact_velocity` and `stability_limit` of
@@ -25,7 +25,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bouncing_disk_ros.core.arithmetic import kernel
+from bouncing_disk_ros.core.compilation import kernel
 
 
 def rebounded(w: Any, restitution: Any) -> Any:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from bouncing_disk_ros.core.arithmetic import kernel
+from bouncing_disk_ros.core.compilation import kernel
 
 Jet = tuple[float, float, float, float, float]
 ROUNDING = 1.1102230246251565e-16  # 2⁻⁵³

@@ -24,7 +24,7 @@ from bouncing_disk_ros.juggling.loop_settings import (
 )
 from bouncing_disk_ros.juggling.target_orbit import OWN, best_phase_lag, orbit_named
 from bouncing_disk_ros.maps.attractors import refuse_conservative
-from bouncing_disk_ros.maps.label_maps import centres
+from bouncing_disk_ros.maps.basin_measures import centres
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Row, Study, variables
 

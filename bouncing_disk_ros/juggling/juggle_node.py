@@ -25,11 +25,11 @@ from bouncing_disk_ros.juggling.juggler import OffsetTrajectory
 from bouncing_disk_ros.juggling.live_loop import LiveLoop, LoopOptions
 from bouncing_disk_ros.juggling.loop_settings import Limits, Sensor
 from bouncing_disk_ros.parameters import Spec, Value
-from bouncing_disk_ros.ros.conversions import ns_to_duration, ns_to_time
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg, msg_to_motion, time_to_ns
 from bouncing_disk_ros.ros.node_tool import options
 from bouncing_disk_ros.ros.numbered_subscription import WithInfo
 from bouncing_disk_ros.ros.qos import profile_of, publisher_of, subscription_to
+from bouncing_disk_ros.ros.to_messages import ns_to_duration, ns_to_time
 from bouncing_disk_ros.topics import LOCKSTEP_TOPICS, OFFSET_JOINTS, Qos
 from bouncing_disk_ros.units import NS
 

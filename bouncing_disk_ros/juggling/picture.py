@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from bouncing_disk_ros.colours import BLACK, REST_AREA, UNRESOLVED_AREA, VERMILION
-from bouncing_disk_ros.maps.label_maps import downsample
+from bouncing_disk_ros.maps.basin_measures import downsample
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 from bouncing_disk_ros.matplotlib_figures import (
     MOST_PIXELS,

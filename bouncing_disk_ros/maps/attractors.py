@@ -72,13 +72,18 @@ class Attractor(NamedTuple):
         return f"<attractor {self.name}{size}>"
 
     @property
+    def chatters(self) -> bool:
+        """Whether it holds a complete chatter."""
+        return self.kind is AttractorKind.CHATTERING
+
+    @property
     def name(self) -> str:
         """As people say it: period-1, chattering (3 cycles), chaotic, rest.
 
         Chattering with cycles not known: rounding decides how long it is from contact to contact.
         """
         name = attractor_name(self.kind, len(self.forcing_phases), self.cycles)
-        if self.kind is not AttractorKind.CHATTERING:
+        if not self.chatters:
             return name
         return f"{name} ({counted(self.cycles, 'cycle') if self.cycles else 'cycles not known'})"
 

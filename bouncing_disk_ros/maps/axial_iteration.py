@@ -13,7 +13,8 @@ import math
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, kernel, sincos
+from bouncing_disk_ros.core.arithmetic import TWO_PI, sincos
+from bouncing_disk_ros.core.compilation import entry, kernel
 from bouncing_disk_ros.core.flight import Launch
 from bouncing_disk_ros.core.platform import Record, axial_jet
 from bouncing_disk_ros.maps.axial_map import (

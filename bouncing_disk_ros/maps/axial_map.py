@@ -14,8 +14,9 @@ from typing import NamedTuple
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import entry, kernel, sincos, wrapped
+from bouncing_disk_ros.core.arithmetic import sincos, sincos_excess, wrapped
 from bouncing_disk_ros.core.chatter import BOUNCES, chatter_end
+from bouncing_disk_ros.core.compilation import entry, kernel
 from bouncing_disk_ros.core.contact_events import load, load_returns
 from bouncing_disk_ros.core.flight import Launch, first_impact, never_leaves, separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after
@@ -155,3 +156,48 @@ def axial_orbit(
         if kind == MAP_REST:
             return i + 1
     return impacts
+
+
+# --- derivatives of one flight in closed form -----------------------------------------------------
+# The gap of a flight with u = −ε w is h(d) = u d − d²/(2π) − Γ[sin(τ + d) − sin τ − d cos τ]. By
+# h(d) = 0 the delay is a function of τ, w, Γ, ε, whose derivatives follow from the implicit
+# function theorem; those of τ₁ = τ + d and w₁ = h'(d) by the chain rule.
+Tangent = tuple[float, float, float, float, float, float, float, float]
+
+
+@kernel
+def flight_tangent(
+    tau: float, w: float, d: float, w1: float, forcing: float, restitution: float
+) -> Tangent:
+    """∂τ₁/∂τ, ∂τ₁/∂w, ∂w₁/∂τ, ∂w₁/∂w, ∂τ₁/∂Γ, ∂w₁/∂Γ, ∂τ₁/∂ε, ∂w₁/∂ε of a flight of d rad."""
+    sine, cosine = sincos(tau)
+    return turned_tangent(sine, cosine, sincos_excess(d), w, d, w1, forcing, restitution)
+
+
+@kernel
+def turned_tangent(
+    sine: float,
+    cosine: float,
+    turn: tuple[float, float, float, float],
+    w: float,
+    d: float,
+    w1: float,
+    forcing: float,
+    restitution: float,
+) -> Tangent:
+    """`flight_tangent` where sin τ, cos τ and `sincos_excess` of d are known."""
+    sx, cx, se, ce = turn
+    bend = forcing * (sine * cx + cosine * sx) - GRAVITY  # h''(d)
+    d_tau = forcing * (cosine * ce - sine * se) / w1
+    d_u = -d / w1
+    d_forcing = (sine * ce + cosine * se) / w1
+    return (
+        1.0 + d_tau,
+        -restitution * d_u,
+        forcing * (sine * ce + cosine * sx) + bend * d_tau,
+        -restitution * (1.0 + bend * d_u),
+        d_forcing,
+        sine * sx - cosine * ce + bend * d_forcing,
+        -w * d_u,
+        -w * (1.0 + bend * d_u),
+    )

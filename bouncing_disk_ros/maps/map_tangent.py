@@ -1,10 +1,8 @@
-"""Derivatives of the next-collision map in closed form, and how far they carry roundings.
+"""Derivatives of the next-collision map along orbits, and how far they carry roundings.
 
-The gap of a flight with u = −ε w is h(d) = u d − d²/(2π) − Γ[sin(τ + d) − sin τ − d cos τ]. By
-h(d) = 0 the delay is a function of τ, w, Γ, ε, whose derivatives follow from the implicit function
-theorem; those of τ₁ = τ + d and w₁ = h'(d) by the chain rule. The determinant of one step is
-ε²w/w₁, so that of n impacts on a periodic orbit is ε²ⁿ. What follows a complete chatter does not
-depend on τ and w: there all derivatives by them are 0.
+`axial_map.flight_tangent` has those of one flight. The determinant of one step is ε²w/w₁, so that
+of n impacts on a periodic orbit is ε²ⁿ. What follows a complete chatter does not depend on τ and w:
+there all derivatives by them are 0.
 """
 
 from __future__ import annotations
@@ -15,50 +13,16 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, kernel, sincos, sincos_excess
+from bouncing_disk_ros.core.arithmetic import TWO_PI
+from bouncing_disk_ros.core.compilation import entry, kernel
 from bouncing_disk_ros.core.platform import Record
-from bouncing_disk_ros.maps.axial_map import GRAVITY, MAP_CONTACT, MAP_REST, next_impact
-
-Tangent = tuple[float, float, float, float, float, float, float, float]
-
-
-@kernel
-def flight_tangent(
-    tau: float, w: float, d: float, w1: float, forcing: float, restitution: float
-) -> Tangent:
-    """∂τ₁/∂τ, ∂τ₁/∂w, ∂w₁/∂τ, ∂w₁/∂w, ∂τ₁/∂Γ, ∂w₁/∂Γ, ∂τ₁/∂ε, ∂w₁/∂ε of a flight of d rad."""
-    sine, cosine = sincos(tau)
-    return turned_tangent(sine, cosine, sincos_excess(d), w, d, w1, forcing, restitution)
-
-
-@kernel
-def turned_tangent(
-    sine: float,
-    cosine: float,
-    turn: tuple[float, float, float, float],
-    w: float,
-    d: float,
-    w1: float,
-    forcing: float,
-    restitution: float,
-) -> Tangent:
-    """`flight_tangent` where sin τ, cos τ and `sincos_excess` of d are known."""
-    sx, cx, se, ce = turn
-    bend = forcing * (sine * cx + cosine * sx) - GRAVITY  # h''(d)
-    d_tau = forcing * (cosine * ce - sine * se) / w1
-    d_u = -d / w1
-    d_forcing = (sine * ce + cosine * se) / w1
-    return (
-        1.0 + d_tau,
-        -restitution * d_u,
-        forcing * (sine * ce + cosine * sx) + bend * d_tau,
-        -restitution * (1.0 + bend * d_u),
-        d_forcing,
-        sine * sx - cosine * ce + bend * d_forcing,
-        -w * d_u,
-        -w * (1.0 + bend * d_u),
-    )
-
+from bouncing_disk_ros.maps.axial_map import (
+    MAP_CONTACT,
+    MAP_REST,
+    Tangent,
+    flight_tangent,
+    next_impact,
+)
 
 _FLOAT = types.float64
 _MATRIX = types.Array(_FLOAT, 2, "C")

@@ -9,7 +9,8 @@ import math
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, kernel, sincos, wrapped
+from bouncing_disk_ros.core.arithmetic import TWO_PI, sincos, wrapped
+from bouncing_disk_ros.core.compilation import entry, kernel
 from bouncing_disk_ros.core.flight import Launch, gap_after, separation_phase
 from bouncing_disk_ros.core.platform import Record, axial_jet
 from bouncing_disk_ros.core.restitution import rebound

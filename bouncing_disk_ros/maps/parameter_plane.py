@@ -27,7 +27,6 @@ from bouncing_disk_ros.maps.axial_map import (
     ORBIT_TAU,
     ORBIT_W,
 )
-from bouncing_disk_ros.maps.bifurcation_diagram import STATE
 from bouncing_disk_ros.maps.lanes.attractor_lanes import measure_attractors
 from bouncing_disk_ros.maps.period_one import existence_limit, impact_velocity
 from bouncing_disk_ros.maps.rotation_map import (
@@ -81,10 +80,7 @@ def start_states(
         there = (axial_forcing >= least) & (axial_forcing > 0.0)
         tau[there] = np.arccos(least[there] / axial_forcing[there]) + _BESIDE
         w[there] = impact_velocity(restitution[there])
-    states = np.empty((len(tau), STATE))
-    for column, values in enumerate((tau, w, np.cos(tau + lag), 1.0, 0.0)):
-        states[:, column] = values
-    return states
+    return np.stack((tau, w, np.cos(tau + lag), np.ones_like(tau), np.zeros_like(tau)), axis=1)
 
 
 def settle_states(parameters: Floats, states: Floats, settling: int, measured: int) -> Settled:

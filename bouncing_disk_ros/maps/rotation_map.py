@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import entry, kernel, rare_kernel, sincos
+from bouncing_disk_ros.core.arithmetic import sincos
 from bouncing_disk_ros.core.brake import sign_of
 from bouncing_disk_ros.core.chatter import (
     BOUNCES,
@@ -23,6 +23,7 @@ from bouncing_disk_ros.core.chatter import (
     chatter_sums,
     chatter_verdict,
 )
+from bouncing_disk_ros.core.compilation import entry, kernel, rare_kernel
 from bouncing_disk_ros.core.contact_events import load, slide
 from bouncing_disk_ros.core.contact_table import what_holds
 from bouncing_disk_ros.core.flight import Launch, gap_after, separation_phase
@@ -43,10 +44,10 @@ from bouncing_disk_ros.maps.axial_map import (
     MAP_REST,
     ORBIT_KIND,
     MapDisk,
+    flight_tangent,
     landing,
     launched_impact,
 )
-from bouncing_disk_ros.maps.map_tangent import flight_tangent
 
 ORBIT_SPEED, ORBIT_TURNED = ORBIT_KIND + 1, ORBIT_KIND + 2
 """Columns of what `collision_orbit` writes, after those of `axial_map`."""

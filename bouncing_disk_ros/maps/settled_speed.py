@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
 from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, ORBIT_DELAY, ORBIT_KIND
 from bouncing_disk_ros.maps.rotation_map import (
     MEAN_PER_TIME,
@@ -29,6 +28,7 @@ from bouncing_disk_ros.maps.rotation_map import (
 )
 
 if TYPE_CHECKING:
+    from bouncing_disk_ros.maps.attractors import Attractor, Attractors
     from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 
 IMPACTS = 6_000
@@ -69,7 +69,7 @@ def settled_speed(found: Attractor, section: NextCollisionMap, start: float = 0.
     Of chaos over IMPACTS impacts. nan at rest, without friction or with so little that roundings
     hide it, and where roundings decide how long it is from contact to contact.
     """
-    unknown = found.kind is AttractorKind.CHATTERING and not found.cycles
+    unknown = found.chatters and not found.cycles
     if unknown or not largest_change(section, found.velocities) >= LEAST_CHANGE:
         return math.nan
     given = (
@@ -85,7 +85,7 @@ def _repetition(
 ) -> tuple[float, float]:
     """Speed (ωΦ) after one repetition that begins with `speed`, and its mean in time."""
     first = float(found.forcing_phases[0]), float(found.velocities[0])
-    if found.kind is not AttractorKind.CHATTERING:
+    if not found.chatters:
         impacts = len(found.forcing_phases) if found.cycles else IMPACTS
         results, state = np.empty(MEASURED + 1), np.array([*first, speed, 1.0, 0.0])
         measure_attractor(state, *given, 0, impacts, np.empty((1, 6)), results)

@@ -12,7 +12,8 @@ import math
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, kernel, sincos
+from bouncing_disk_ros.core.arithmetic import TWO_PI, sincos
+from bouncing_disk_ros.core.compilation import entry, kernel
 from bouncing_disk_ros.core.energy_ledger import Ledger
 from bouncing_disk_ros.core.flight import separation_phase
 from bouncing_disk_ros.core.forcing_clock import Clock, phase_after

@@ -50,7 +50,7 @@ def _fit(start: Start, given: argparse.Namespace) -> int:
         f"{source.name if source.is_dir() else source.stem}_fit"
     )  # fmt: skip
     files = [stem.with_name(f"{stem.name}.{kind}") for kind in ("html", *kinds)]
-    check_ours(files)
+    check_ours(files, NAME)
     fit = fit_impacts(source, **values)  # type: ignore[arg-type]
     print("\n".join(lines_of(fit)), flush=True)
     _write_preset(fit, stem.with_name(f"{stem.name}.yaml"))
@@ -79,12 +79,13 @@ def _write_pages(fit: ImpactFit, files: Sequence[Path]) -> None:
         if sys.stdout.isatty():
             print(f"writing: {file}", end="\r", flush=True)
         if file.suffix == ".html":
-            page = html_page(title, subtitle, drawn, tables_of(fit), about)
+            page = html_page(title, subtitle, drawn, tables_of(fit), NAME, about)
             replaced(file, partial(Path.write_text, data=page, encoding="utf-8"))
         else:
             from bouncing_disk_ros.report.panel_page import panels_page, save_page
 
-            replaced(file, partial(save_page, panels_page(title, subtitle, drawn)))
+            figure = panels_page(title, subtitle, drawn)
+            replaced(file, partial(save_page, figure, maker=NAME))
         print(f"written: {file}", flush=True)
 
 

@@ -48,13 +48,13 @@ def _hear(start: Start, given: argparse.Namespace) -> int:
     stem = Path(given.output or source.with_name(f"{source.stem}_times")).expanduser()
     table = stem.with_name(f"{stem.name}.csv")
     figures = [stem.with_name(f"{stem.name}.{kind}") for kind in kinds]
-    check_ours(figures)
+    check_ours(figures, NAME)
     sound = impact_times(source)
     print("\n".join(sound_lines(sound)), flush=True)
     replaced(table, partial(Path.write_text, data=sound_text(sound), encoding="utf-8"))
     for file in figures:
         drawn = panels_page(sound.name, sound_lines(sound)[0], [(sound_panel(sound), "")])
-        replaced(file, partial(save_page, drawn))
+        replaced(file, partial(save_page, drawn, maker=NAME))
     for file in (table, *figures):
         print(f"written: {file}", flush=True)
     return ExitCode.DONE

@@ -232,8 +232,7 @@ class Motor(PlaneStudy):
     def motor_at(self, point: Mapping[str, float]) -> tuple[Motion, Disk]:
         """The motor with these values of the axes."""
         values = {**self.parameters, **point}
-        motion = Motion(*(float(values[name]) for name in Motion._fields))
-        return motion, Disk.of(values)
+        return Motion.of(values), Disk.of(values)
 
     @property
     def fields(self) -> Mapping[str, Field]:

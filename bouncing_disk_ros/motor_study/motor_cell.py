@@ -28,15 +28,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import from_dtype, types
 
-from bouncing_disk_ros.core.arithmetic import (
-    TWO_PI,
-    entry,
-    kernel,
-    rare_kernel,
-    sincos,
-    sincos_excess,
-)
+from bouncing_disk_ros.core.arithmetic import TWO_PI, sincos, sincos_excess
 from bouncing_disk_ros.core.chatter import SLOW
+from bouncing_disk_ros.core.compilation import entry, kernel, rare_kernel
 from bouncing_disk_ros.core.energy_ledger import Ledger
 from bouncing_disk_ros.core.forcing_clock import Clock, instant_of, seconds_between
 from bouncing_disk_ros.core.impact_log import ROWS, Rows
@@ -60,13 +54,8 @@ from bouncing_disk_ros.core.next_event import find_next
 from bouncing_disk_ros.core.platform import Record
 from bouncing_disk_ros.core.propagate import classify_contact, propagate
 from bouncing_disk_ros.core.resolve_event import resolve
-from bouncing_disk_ros.maps.map_tangent import (
-    LARGEST_ERROR,
-    carried,
-    error_size,
-    rounded,
-    turned_tangent,
-)
+from bouncing_disk_ros.maps.axial_map import turned_tangent
+from bouncing_disk_ros.maps.map_tangent import LARGEST_ERROR, carried, error_size, rounded
 
 Floats = Any  # float64 arrays, of one or two dimensions
 Ints = Any  # int64 arrays

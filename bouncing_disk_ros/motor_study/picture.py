@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import BLACK, BLUE, GREY, ORANGE, SKY, UNRESOLVED_AREA, VERMILION
 from bouncing_disk_ros.core.model import Disk, Motion
-from bouncing_disk_ros.maps.label_maps import downsample
+from bouncing_disk_ros.maps.basin_measures import downsample
 from bouncing_disk_ros.matplotlib_figures import (
     MOST_PIXELS,
     cut_at_zero,

@@ -11,7 +11,7 @@ from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import PointCloud2
 
-from bouncing_disk_ros.command_line.environment import reader_is_gone
+from bouncing_disk_ros.command_line.stdout import reader_is_gone
 from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.parameters import Spec

@@ -18,10 +18,10 @@ from bouncing_disk_ros.core.model import Disk, Motion, MotionInForce
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.maps.period_one import refuse_unsettled
 from bouncing_disk_ros.parameters import TABLE, Spec, Value
-from bouncing_disk_ros.ros.conversions import programme_to_msg, trajectory_to_msg
 from bouncing_disk_ros.ros.from_messages import msg_to_motion, time_to_ns
 from bouncing_disk_ros.ros.node_tool import options, publishing_nodes, wait_for
 from bouncing_disk_ros.ros.qos import publisher_of, subscription_to
+from bouncing_disk_ros.ros.to_messages import programme_to_msg, trajectory_to_msg
 from bouncing_disk_ros.run.command_validation import ProgrammeRequest
 from bouncing_disk_ros.run.programmes import FIRST_TOSS, load_programme, requests_of, start_of
 from bouncing_disk_ros.run.time_map import TimeMap, nanoseconds

@@ -50,7 +50,7 @@ def curve_family(
     found: list[Curve] = []
     contact = False
     for attractor in find_attractors(section, starts).found:
-        contact = contact or attractor.kind is AttractorKind.CHATTERING
+        contact = contact or attractor.chatters
         for orbit in _orbits(attractor, section, window, doublings):
             try:
                 add_curves(found, orbit, KINDS, window, largest_step)

@@ -20,7 +20,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractors import SAME, Attractors, distance
 from bouncing_disk_ros.maps.axial_iteration import iterate_forwards
 from bouncing_disk_ros.maps.basin_labels import LabelRule, label_starts
-from bouncing_disk_ros.maps.label_maps import UNRESOLVED
+from bouncing_disk_ros.maps.basin_measures import UNRESOLVED
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, periodic_orbit
 

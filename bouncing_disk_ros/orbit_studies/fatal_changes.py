@@ -25,13 +25,13 @@ from bouncing_disk_ros.maps.basin_labels import (
     LONGER,
     MOST,
     LabelRule,
+    StartLabels,
     chaotic_labels,
     impacts_needed,
     label_followed,
     label_starts,
 )
-from bouncing_disk_ros.maps.label_maps import UNRESOLVED
-from bouncing_disk_ros.maps.lanes.label_lanes import StartLabels
+from bouncing_disk_ros.maps.basin_measures import UNRESOLVED
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.orbit_studies.orbit_instants import Array, Instants
 

@@ -78,7 +78,7 @@ def _segments(attractor: Attractor, section: NextCollisionMap) -> tuple[Array, A
     """Begin, phase and relative speed of each flight (nan: contact), and the whole time."""
     phases = attractor.forcing_phases[:MOST_IMPACTS]
     speeds = rebounded(attractor.velocities[:MOST_IMPACTS], section.restitution)
-    if attractor.kind is not AttractorKind.CHATTERING:
+    if not attractor.chatters:
         delays = _delays(phases, speeds, section)
         begin = np.concatenate(([0.0], np.cumsum(delays)))
         return begin[:-1], phases, speeds, float(begin[-1])

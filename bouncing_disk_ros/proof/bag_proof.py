@@ -18,7 +18,7 @@ from bouncing_disk_ros.units import NS
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.core.simulation import Simulation
-    from bouncing_disk_ros.proof.exact_records import ProofCount
+    from bouncing_disk_ros.proof.verdicts import ProofCount
 
 
 def prove_bag(given: argparse.Namespace) -> int:
@@ -29,7 +29,7 @@ def prove_bag(given: argparse.Namespace) -> int:
     whole("run", given.run, 0)
     from tqdm import tqdm
 
-    from bouncing_disk_ros.proof.exact_records import Outcome
+    from bouncing_disk_ros.proof.verdicts import Outcome
 
     interrupted = False
     with bag.open(given.bag) as opened:
@@ -51,7 +51,7 @@ class BagProver:
     """Replays the runs of a simulator in a bag and proves their events."""
 
     def __init__(self, opened: bag.Bag, given: argparse.Namespace) -> None:
-        from bouncing_disk_ros.proof.exact_records import ProofCount
+        from bouncing_disk_ros.proof.verdicts import ProofCount
 
         self.tally: ProofCount = ProofCount()
         self._bag, self._given = opened, given
@@ -132,7 +132,7 @@ class BagProver:
 
 def _last_ns(run: Run, reached_ns: int) -> int:
     """The last instant that a topic shows."""
-    from bouncing_disk_ros.run.replay_check import comparable_rows
+    from bouncing_disk_ros.run.replay import comparable_rows
 
     last = max(reached_ns, run.end_ns)
     for rows in run.rows:

@@ -17,18 +17,10 @@ from bouncing_disk_ros.proof.event_functions import (
     margin_of,
     slip_of,
 )
-from bouncing_disk_ros.proof.exact_records import (
-    DiskRecord,
-    Event,
-    Kind,
-    Outcome,
-    State,
-    Verdict,
-    compared,
-    worst,
-)
+from bouncing_disk_ros.proof.exact_records import DiskRecord, Event, Kind, State
 from bouncing_disk_ros.proof.platforms import Platform, interval, platform_of, seconds
 from bouncing_disk_ros.proof.positivity import Finding, Sign, positive_from_start
+from bouncing_disk_ros.proof.verdicts import Outcome, Verdict, compared, worst
 from bouncing_disk_ros.units import NS
 
 

@@ -86,7 +86,7 @@ def _report(start: Start, given: argparse.Namespace) -> int:
         from bouncing_disk_ros.report.report_text import lines
 
     files = [] if given.text_only else targets(given.bag, given.output, ["html", *kinds])
-    check_ours(files)
+    check_ours(files, NAME)
     with np.errstate(all="ignore"):  # of numbers that mean nothing: what follows from them is nan
         report = read(given)
         print("\n".join(lines(report)), flush=True)
@@ -143,7 +143,7 @@ def _write(start: Start, report: Report, file: Path) -> None:
             from bouncing_disk_ros.report.report_panels import report_page
 
         figure = report_page(report)
-        replaced(file, lambda path: save_page(figure, path))
+        replaced(file, lambda path: save_page(figure, path, NAME))
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from bouncing_disk_ros.matplotlib_figures import mark_in_pi, new_figure, typeset
 from bouncing_disk_ros.report.panel import Panel, Series, SeriesStyle
-from bouncing_disk_ros.report.report_files import MARK
+from bouncing_disk_ros.report.report_files import mark_of
 
 _RASTER = 3000
 """Points from which on a series in a file of vectors is drawn as an image."""
@@ -49,10 +49,10 @@ def panels_figure(
     return figure, axes
 
 
-def save_page(figure: Figure, path: Path) -> None:
-    """Write it in the kind of the file's name, marked as ours. Raises OSError."""
+def save_page(figure: Figure, path: Path, maker: str) -> None:
+    """Write it in the kind of the file's name, marked as of an executable. Raises OSError."""
     kind = path.suffix[1:]
-    figure.savefig(path, dpi=150, metadata={_METADATA[kind]: MARK})
+    figure.savefig(path, dpi=150, metadata={_METADATA[kind]: mark_of(maker)})
 
 
 def _plain(text: str) -> str:

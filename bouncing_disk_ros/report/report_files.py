@@ -1,4 +1,4 @@
-"""The files of a report: their names, and the mark by which a report knows its own files.
+"""The files of a report: their names, and the mark by which an executable knows its own files.
 
 Nothing of others is overwritten.
 """
@@ -10,9 +10,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from bouncing_disk_ros.errors import InputError
-
-MARK = "bouncing_disk_ros bag_report"
-
+from bouncing_disk_ros.folders import PACKAGE
 
 FORMATS = ("html", "png", "pdf", "svg")
 
@@ -31,9 +29,15 @@ def targets(bag: str, output: str | None, kinds: Iterable[str]) -> list[Path]:
     return [stem.with_name(f"{stem.name}.{kind}") for kind in dict.fromkeys(kinds)]
 
 
-def check_ours(files: Iterable[Path]) -> None:
-    """InputError where a file stands that no report has made."""
+def mark_of(maker: str) -> str:
+    """The text in each file that the executable `maker` has made."""
+    return f"{PACKAGE} {maker}"
+
+
+def check_ours(files: Iterable[Path], maker: str) -> None:
+    """InputError where a file stands that the executable `maker` has not made."""
+    mark = mark_of(maker).encode()
     for file in files:
-        if file.is_dir() or (file.is_file() and MARK.encode() not in file.read_bytes()):
-            allowed = "a new file, or one that bag_report has made"
+        if file.is_dir() or (file.is_file() and mark not in file.read_bytes()):
+            allowed = f"a new file, or one that {maker} has made"
             raise InputError("output", str(file), allowed, "Move it, or give another OUTPUT.")

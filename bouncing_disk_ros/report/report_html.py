@@ -25,7 +25,7 @@ from bouncing_disk_ros.report.panel import (
     SeriesStyle,
     Table,
 )
-from bouncing_disk_ros.report.report_files import MARK
+from bouncing_disk_ros.report.report_files import mark_of
 from bouncing_disk_ros.report.report_panels import absent, headline, panels
 from bouncing_disk_ros.report.report_text import segment_rows, tables
 from bouncing_disk_ros.report.run_report import Report
@@ -57,7 +57,7 @@ dt { color: #555; }
 
 
 def report_html(report: Report) -> str:
-    """The whole page, BokehJS included."""
+    """The whole page of `bag_report`, BokehJS included."""
     title, subtitle = headline(report)
     about = (
         "Shaded: the platform changes its motion. Made by bag_report of bouncing_disk_ros\n"
@@ -67,7 +67,7 @@ def report_html(report: Report) -> str:
     segments = f"""<h2>Segments of steady motion</h2>
 <div class="wide">{_segments(report)}</div>
 """
-    return html_page(title, subtitle, drawn, tables(report), about, segments)
+    return html_page(title, subtitle, drawn, tables(report), "bag_report", about, segments)
 
 
 def html_page(
@@ -75,12 +75,13 @@ def html_page(
     subtitle: str,
     drawn: Sequence[tuple[Panel, str]],
     words: Sequence[Table],
+    maker: str,
     about: str,
     between: str = "",
 ) -> str:
     """A page of panels (with the reason why one is empty) and tables, BokehJS included.
 
-    `about`: who made it; `between`: HTML between panels and tables.
+    `maker`: the executable; `about`: the same in words; `between`: HTML before the tables.
     """
     figures = "\n".join(
         _figure(panel, place, absence) for place, (panel, absence) in enumerate(drawn)
@@ -96,7 +97,7 @@ def html_page(
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="generator" content="{MARK}">
+<meta name="generator" content="{mark_of(maker)}">
 <title>{escape(title)}: report</title>
 <style>{_STYLE}</style>
 <script>{_bokeh()}</script>

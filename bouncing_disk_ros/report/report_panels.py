@@ -43,6 +43,30 @@ if TYPE_CHECKING:
 
 MOST_ON_PAGE = 50_000
 """Points of a series on a page."""
+TIME, HEIGHT, SPEED = "simulated time t (s)", "height x, s (mm)", "angular velocity α̇ (rad/s)"
+PERIODS = 6
+"""Periods of the platform whose heights are shown."""
+LEAST_SAMPLES = 12
+"""Samples of a period, on average: with fewer a curve of heights would mislead."""
+_POINTS = 600
+"""Points of each curve of heights that is drawn from the impacts."""
+PHASE = "forcing phase at impact τ_imp (rad)"
+VELOCITY = "impact velocity w_A/(πg/ω)"
+ZOOMED = 0.5 * math.pi
+"""A return map whose phases lie within this (rad) shows their part of the plane alone ..."""
+LEAST_MARGIN = 0.05
+"""... with so much (rad) around them at least: an orbit of one phase is a point."""
+_LEDGER = (
+    ("work, axial", "work_axial", 0),
+    ("work, angular", "work_angular", 5),
+    ("loss in impacts, axial", "loss_impact_axial", 1),
+    ("loss in impacts, friction", "loss_impact_friction", 3),
+    ("loss in sliding", "loss_sliding", 2),
+    ("taken by the brake", "loss_brake", 4),
+)
+_LOSSES = [name for name in Energy._fields if name.startswith("loss")]
+_RINGS = 40
+"""Recomputed points in the panel of the ledger."""
 
 
 def absent(report: Report, panel: Panel) -> str:
@@ -71,19 +95,6 @@ def headline(report: Report) -> tuple[str, str]:
 
 # ------------------------------------------------------------------------------------------------
 # The panel of the energy ledger: as the simulator reports them, and as the impacts give them.
-
-
-_LEDGER = (
-    ("work, axial", "work_axial", 0),
-    ("work, angular", "work_angular", 5),
-    ("loss in impacts, axial", "loss_impact_axial", 1),
-    ("loss in impacts, friction", "loss_impact_friction", 3),
-    ("loss in sliding", "loss_sliding", 2),
-    ("taken by the brake", "loss_brake", 4),
-)
-_LOSSES = [name for name in Energy._fields if name.startswith("loss")]
-_RINGS = 40
-"""Recomputed points in the panel."""
 
 
 def time_range(report: Report) -> tuple[float, float]:
@@ -156,15 +167,6 @@ def energy_panel(report: Report, most: int) -> Panel:
 
 # ------------------------------------------------------------------------------------------------
 # Heights of disk and platform over the last periods of a segment, as a panel.
-
-
-TIME, HEIGHT, SPEED = "simulated time t (s)", "height x, s (mm)", "angular velocity α̇ (rad/s)"
-PERIODS = 6
-"""Periods of the platform that are shown."""
-LEAST_SAMPLES = 12
-"""Samples of a period, on average: with fewer a curve would mislead."""
-_POINTS = 600
-"""Of each curve that is drawn from the impacts."""
 
 
 def height_panel(report: Report) -> Panel:
@@ -256,14 +258,6 @@ def _from_impacts(
 
 # ------------------------------------------------------------------------------------------------
 # The figures of a report as panels: series with labels, downsampled where too long.
-
-
-PHASE = "forcing phase at impact τ_imp (rad)"
-VELOCITY = "impact velocity w_A/(πg/ω)"
-ZOOMED = 0.5 * math.pi
-"""A return map whose phases lie within this (rad) shows their part of the plane alone ..."""
-LEAST_MARGIN = 0.05
-"""... with so much (rad) around them at least: an orbit of one phase is a point."""
 
 
 def panels(report: Report, most: int) -> list[Panel]:

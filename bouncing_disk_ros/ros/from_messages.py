@@ -2,7 +2,7 @@
 
 The messages are those of rclpy, or objects with the same fields that a bag was decoded into. Every
 function raises `InputError` on content it does not know, and nothing else; none loops over impact
-rows. The way back is in `conversions`.
+rows. The way back is in `to_messages`.
 """
 
 from __future__ import annotations

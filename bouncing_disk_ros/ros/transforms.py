@@ -16,8 +16,8 @@ from bouncing_disk_ros.core.model import Sample
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.folders import share_directory
 from bouncing_disk_ros.parameters import TABLE, Value, complete
-from bouncing_disk_ros.ros.conversions import ns_to_time
 from bouncing_disk_ros.ros.qos import publisher_of
+from bouncing_disk_ros.ros.to_messages import ns_to_time
 from bouncing_disk_ros.topics import TRANSFORM_TOPICS
 
 IMPACTS_PLACE = (0.5, 0.0, 0.5)

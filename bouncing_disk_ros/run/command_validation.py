@@ -91,7 +91,7 @@ def far_ahead(request: Stamped, instant: Instant) -> str:
 
 
 _ROWS = {name: TABLE[name] for name in MOTION_NAMES}
-_BOUNDS = {name: (row.low or 0.0, row.high or math.inf) for name, row in _ROWS.items()}
+_BOUNDS = {name: row.bounds for name, row in _ROWS.items()}
 _ALLOWED = {name: row.allowed for name, row in _ROWS.items()}
 Changes = tuple[Mapping[str, float], ...]
 """What each point of a programme changes: values of the motion by name."""

@@ -99,7 +99,7 @@ class RunControl:
         self._next_snapshot = 0
         self._lockstep = Lockstep(str(values["lockstep"]))
         self.gates = gates
-        self._released: deque[HeldInput] = deque()  # inputs of a closed gate, not applied yet
+        self._released: deque[HeldInput] = deque()  # inputs of an open gate, not applied
         if gates is not None:
             self._begin_gates(gates)
 
@@ -164,7 +164,7 @@ class RunControl:
             done = self._slice_to_gate(FAR_NS if free else self._times.due(now_ns))
             # with gates by simulated time: a record must not depend on the machine
             clock = now_ns if self.gates is None else self.session.time_ns
-            halted = self.gates is None or self.gates.is_open
+            halted = self.gates is None or self.gates.is_closed
             if clock >= self._next_snapshot and halted and not self.session.fault:
                 self._next_snapshot = clock + self._snapshot_ns
                 self.session.snapshot()
@@ -219,29 +219,29 @@ class RunControl:
                 self.answers(self.session)
             return reached
         self._renew_gate()
-        if gates.is_open:
+        if gates.is_closed:
             if not gates.is_complete:
                 return False
             self._forgive(gates)
-            self._released.extend(gates.close())
+            self._released.extend(gates.open())
         if not self._apply_inputs(gates):
             return False
         before = self.session.simulation.rows_total
         if self._lockstep is Lockstep.IMPACT:
             self.loop.slice(until_ns, to_impact=True)
             if self.session.simulation.rows_total > before:
-                self._open_gate(gates)
+                self._close_gate(gates)
         else:
             sample_ns = self.loop.next_sample_ns
             self.loop.slice(min(until_ns, sample_ns), to_impact=to_impact)
             if self.session.time_ns >= sample_ns:
-                self._open_gate(gates)
+                self._close_gate(gates)
         return self.session.time_ns >= until_ns
 
     def _apply_inputs(self, gates: Gates) -> bool:
-        """Apply the inputs of the gate that was closed, for one slice; whether time may move on.
+        """Apply the inputs of the gate that was opened, for one slice; whether time may move on.
 
-        An impact that they bring about at once opens the next gate.
+        An impact that they bring about at once closes the next gate.
         """
         if not self._released:
             return True
@@ -252,23 +252,23 @@ class RunControl:
             self._released.popleft().act()
         if self._lockstep is Lockstep.IMPACT and self.session.simulation.rows_total > gates.rows:
             self.loop.flush()
-            self._open_gate(gates)
-        return not gates.is_open
+            self._close_gate(gates)
+        return not gates.is_closed
 
     def _begin_gates(self, gates: Gates) -> None:
-        """Open the first gate of a series, once all that is due at its instant has been published.
+        """Close the first gate of a series, once all that is due at its instant has been published.
 
         What came out later would be heard at a gate that does not count it.
         """
         self.session.resolve_present()
-        self._open_gate(gates)
+        self._close_gate(gates)
 
-    def _open_gate(self, gates: Gates) -> None:
+    def _close_gate(self, gates: Gates) -> None:
         self.loop.finish_samples()
         self.loop.flush()
         self._publish_work()
         rows = self.session.simulation.rows_total
-        gates.open(time.monotonic_ns(), rows, self.session.time_ns)
+        gates.close(time.monotonic_ns(), rows, self.session.time_ns)
 
     def go_on(self) -> None:
         """Go on where the gate is complete: an input has come, or an answer."""
@@ -284,13 +284,13 @@ class RunControl:
         """Replace a gate that counts too few rows: a service has brought more about."""
         gates = self.gates
         rows = self.session.simulation.rows_total
-        if gates is not None and gates.is_open and rows > gates.rows:
-            self._open_gate(gates)
+        if gates is not None and gates.is_closed and rows > gates.rows:
+            self._close_gate(gates)
 
     @property
     def _waits_at_gate(self) -> bool:
-        """Whether a gate of a lockstep is open, or its inputs are not all applied."""
-        return self.gates is not None and (self.gates.is_open or bool(self._released))
+        """Whether a gate of a lockstep is closed, or its inputs are not all applied."""
+        return self.gates is not None and (self.gates.is_closed or bool(self._released))
 
     def _forgive(self, gates: Gates) -> None:
         """Leave a wait that put simulated time behind out of the line: it is nobody's load.
@@ -323,7 +323,7 @@ class RunControl:
             self._outlet.ended(self.session.fault)
 
     # --- inputs -----------------------------------------------------------------------------------
-    def open(self, field: str) -> tuple[Session, Instant]:
+    def arrival(self, field: str) -> tuple[Session, Instant]:
         """The session and the instant at which an input arrives; InputError unless active."""
         if not self._active:
             raise inactive(self._name, field, "inactive")
@@ -360,7 +360,7 @@ class RunControl:
 
     def pause(self, paused: bool) -> str:
         """Hold or resume; what was done, in words."""
-        self.open("~/pause")
+        self.arrival("~/pause")
         self._paused = paused
         self._update_paused()
         return ("paused" if paused else "running") + self._at
@@ -391,7 +391,7 @@ class RunControl:
 
         A long step goes on in the ticks, as far as it said when it began; another one ends it.
         """
-        session, _ = self.open("~/step")
+        session, _ = self.arrival("~/step")
         end, what = self._steps.end(session, self._values, times)
         self._step_until = None
         self._impacts_left = times if self._values["step_until"] == "impact" else 0
@@ -410,7 +410,7 @@ class RunControl:
 
     def reset(self) -> str:
         """Back to the initial state and motion; paused stays paused."""
-        session, _ = self.open("~/reset")
+        session, _ = self.arrival("~/reset")
         self._step_until = None
         session.reset()
         self.loop.restart_speed()

@@ -1,8 +1,8 @@
 """The protocol of a lockstep: gates at which simulated time stands until controllers have answered.
 
-While a gate is open, simulated time stands; once it is closed, time goes on. Each controller
+At a closed gate simulated time stands; once the gate is opened, time goes on. Each controller
 answers a gate by its number and how many inputs it has published since its last answer. When all
-have answered and exactly so many inputs have come, the gate is closed: the inputs are applied in an
+have answered and exactly so many inputs have come, the gate is opened: the inputs are applied in an
 order that does not depend on when they came. `State` lists what time can wait for;
 docs/closed_loops.md has the same table with what ends each. Knows neither ROS nor a clock.
 """
@@ -35,12 +35,12 @@ class Lockstep(StrEnum):
 class State(StrEnum):
     """What simulated time waits for."""
 
-    MOVING = "moving"  # for nothing: no gate is open
+    MOVING = "moving"  # for nothing: no gate is closed
     ASKED = "asked"  # for the answers of controllers
     COUNTING = "counting"  # for inputs that were announced
     SURPLUS = "surplus"  # more inputs have come than were announced
     DOUBLED = "doubled"  # two publishers answer as one controller
-    COMPLETE = "complete"  # for nothing more: the gate may be closed
+    COMPLETE = "complete"  # for nothing more: the gate may be opened
 
 
 class HeldInput(NamedTuple):
@@ -55,12 +55,12 @@ class HeldInput(NamedTuple):
 
 @dataclass
 class Controller:
-    """Which publisher of ~/proceed speaks for a controller, and its answer to the open gate."""
+    """Which publisher of ~/proceed speaks for a controller, and its answer to the closed gate."""
 
     publisher: int | None = None
     former: set[int] = field(default_factory=set)  # publishers that spoke for it before
     inputs: int | None = None  # that it has announced; None: it has not answered
-    is_restarted: bool = False  # since the last gate was closed
+    is_restarted: bool = False  # since the last gate was opened
     doubled: int = 0  # publishers when two of them answered by turns; 0: they did not
 
     def hear(self, publisher: int) -> tuple[bool, bool]:
@@ -82,7 +82,7 @@ class Controller:
 
 
 class Gates:
-    """Counts gates; keeps the answers and inputs of the one that is open: meanwhile time stands."""
+    """Counts gates; keeps the answers and inputs of a closed one: meanwhile time stands."""
 
     def __init__(
         self,
@@ -99,30 +99,30 @@ class Gates:
         """
         self.timeout_ns = timeout_ns
         self.number, self.rows, self._time_ns = -1, 0, 0
-        self.is_open = False
+        self.is_closed = False
         self._publishers, self._announce, self._warn = publishers, announce, warn
-        self._opened_ns = self._asked_ns = 0
+        self._closed_ns = self._asked_ns = 0
         self._controllers = {number: Controller() for number in sorted(controllers)}
-        self._announced_before = 0  # at gates that the open one has replaced
+        self._announced_before = 0  # at gates that the closed one has replaced
         self._inputs: list[HeldInput] = []
         self._bytes = 0  # of them
         self._refused = 0  # inputs that have come and were refused
         self._senders: defaultdict[str, Publishers] = defaultdict(Publishers)  # by topic
         self._reported: set[State] = set()
 
-    # --- the simulator opens and closes -----------------------------------------------------------
-    def open(self, now_ns: int, rows: int = 0, time_ns: int = 0) -> int:
-        """Open the next gate, at which so many rows have been published; its number.
+    # --- the simulator closes and opens -----------------------------------------------------------
+    def close(self, now_ns: int, rows: int = 0, time_ns: int = 0) -> int:
+        """Close the next gate, at which so many rows have been published; its number.
 
         `time_ns` is the simulated time.
 
-        It replaces one that is open: what was announced and has come there counts here. Inputs that
-        have come between gates belong to it.
+        It replaces one that is closed: what was announced and has come there counts here. Inputs
+        that have come between gates belong to it.
         """
-        if self.is_open:
+        if self.is_closed:
             self._announced_before = self._announced
         self.number, self.rows, self._time_ns = self.number + 1, rows, time_ns
-        self.is_open, self._opened_ns, self._asked_ns = True, now_ns, now_ns
+        self.is_closed, self._closed_ns, self._asked_ns = True, now_ns, now_ns
         self._reported = set()
         for controller in self._controllers.values():
             controller.inputs = None
@@ -141,10 +141,10 @@ class Gates:
         """Take over the parameter of the silence allowed."""
         self.timeout_ns = nanoseconds(float(values["lockstep_timeout"]))
 
-    def close(self) -> list[HeldInput]:
-        """Close the gate; its inputs in the order in which they are to act."""
+    def open(self) -> list[HeldInput]:
+        """Open the gate; its inputs in the order in which they are to act."""
         inputs = self.drop()
-        self.is_open = False
+        self.is_closed = False
         for controller in self._controllers.values():
             controller.is_restarted = False
         self._announced_before = self._refused = 0
@@ -190,7 +190,7 @@ class Gates:
             raise InputError(f"{FIELD} controller", name, f"one in lockstep_controllers: {listed}")
         is_new = number is not None and self._is_new(controller, number)
         self._check(controller, gate, inputs)
-        if gate != self.number or not self.is_open:
+        if gate != self.number or not self.is_closed:
             return
         controller.is_restarted |= is_new
         if is_new or number is None or controller.inputs is None:
@@ -217,7 +217,7 @@ class Gates:
             raise InputError(f"{FIELD} inputs", inputs, allowed)
 
     def hold(self, topic: str, number: int | None, data: bytes, act: Callable[[], object]) -> None:
-        """Keep an input for the gate that is open, or the next one.
+        """Keep an input for the gate that is closed, or the next one.
 
         InputError for one beyond the limits, which is not kept, and counts as one that has come.
         """
@@ -246,7 +246,7 @@ class Gates:
     @property
     def state(self) -> State:
         """What simulated time waits for."""
-        if not self.is_open:
+        if not self.is_closed:
             return State.MOVING
         if any(one.doubled for one in self._controllers.values()):
             return State.DOUBLED
@@ -300,8 +300,8 @@ class Gates:
         return False
 
     def waited_ns(self, now_ns: int) -> int:
-        """How long the gate has been open, wall time."""
-        return now_ns - self._opened_ns if self.is_open else 0
+        """How long the gate has been closed, wall time."""
+        return now_ns - self._closed_ns if self.is_closed else 0
 
     def is_overdue(self, now_ns: int) -> bool:
         """Whether time has waited for longer than is left unreported."""

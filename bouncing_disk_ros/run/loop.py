@@ -9,17 +9,19 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Sample, join_rows
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.run.session import EVENTS_AT_ONCE, Session
 from bouncing_disk_ros.run.time_map import FAR_NS, Grid
 from bouncing_disk_ros.topics import MAX_ROWS
 from bouncing_disk_ros.units import NS
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.run.session import Session
 
 MAX_SAMPLES = 100
 """Samples (and speeds) handed over on the way to an instant, before the loop goes on without them;
@@ -97,7 +99,7 @@ class Loop:
         session = self.session
         while session.time_ns < until_ns:
             goal = min(until_ns, self._horizon())
-            session.advance(goal, 1 if to_impact else EVENTS_AT_ONCE)
+            session.advance(goal, 1 if to_impact else session.events_at_once)
             if to_impact and session.gathered:
                 if session.paused:  # inputs act at the instant reached: not before the impact
                     session.advance(session.time_ns + 1)

@@ -81,7 +81,7 @@ FIRST_TOSS = "first_toss_to_period_1"
 """A programme of the package in SI units, made for the pizza, that ends in its period-1 orbit."""
 _AT_START = Instant(0, SIMULATED, 0)
 _Timed = TypeVar("_Timed", ProgrammeRequest, TrajectoryRequest)
-ANY_MOTION = Motion(*(float(parameters.DEFAULTS[name]) for name in MOTION_NAMES))
+ANY_MOTION = Motion.of(parameters.DEFAULTS)
 """Where it does not matter which motion a programme begins with."""
 
 

@@ -49,7 +49,7 @@ class WaitingInput(NamedTuple):
 
 def motion_of(values: Mapping[str, Value]) -> Motion:
     """The platform motion of a set of parameters; the phase lag wraps to ±π."""
-    motion = Motion(*(float(values[name]) for name in Motion._fields))
+    motion = Motion.of(values)
     return motion._replace(phase_lag=math.remainder(motion.phase_lag, math.tau))
 
 
@@ -71,6 +71,8 @@ class Session:
     Rows of impacts gather in `rows` until `take_rows` fetches them. Everything given here has been
     validated already (run.command_validation, parameters).
     """
+
+    events_at_once = EVENTS_AT_ONCE
 
     def __init__(
         self, values: Mapping[str, Value], record: Callable[[Record], None], paused: bool = False

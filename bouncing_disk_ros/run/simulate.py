@@ -166,7 +166,9 @@ def simulate(
         if "axial_amplitude" in values:
             hint = "Each is computed from the other: give one."
             raise InputError("axial_forcing", axial_forcing, "none with axial_amplitude", hint)
-        chosen["axial_amplitude"] = _amplitude(axial_forcing, chosen)
+        forcing = float(parameters.AXIAL_FORCING.checked(axial_forcing))
+        whole = {**parameters.DEFAULTS, **parameters.checked(chosen)}
+        chosen["axial_amplitude"] = parameters.amplitude_of(forcing, whole)
     whole = parameters.complete(chosen)
     end = instant("duration", duration)
     records: list[Record] = []
@@ -193,16 +195,6 @@ def simulate(
     last = session.simulation.sample()  # not rounded on all turns of the disk
     result.turned = math.tau * (last.turns - first.turns) + (last.angle - first.angle)
     return result
-
-
-def _amplitude(axial_forcing: object, values: Mapping[str, object]) -> float:
-    """The axial amplitude that has a forcing with these parameters and the defaults, m."""
-    forcing = float(parameters.AXIAL_FORCING.checked(axial_forcing))
-    whole = {**parameters.DEFAULTS, **parameters.checked(values)}
-    frequency, gravity, preload, mass = (
-        float(whole[name]) for name in ("frequency", "gravity", "preload", "mass")
-    )
-    return forcing * math.pi * (gravity + preload / mass) / (math.tau * frequency) ** 2
 
 
 def _listed(field: str, given: object, allowed: str) -> list[Any]:

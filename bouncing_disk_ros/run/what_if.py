@@ -29,7 +29,7 @@ from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.input_replay import advance_to, apply, restored, steps
-from bouncing_disk_ros.run.replay_check import Difference, row_difference
+from bouncing_disk_ros.run.replay import Difference, row_difference
 from bouncing_disk_ros.run.time_map import nanoseconds
 from bouncing_disk_ros.units import NS
 

@@ -94,7 +94,7 @@ class StudyTopics(StudyOutlet):
         """Publish the first figure, and of a map its field."""
         from sensor_msgs.msg import CompressedImage
 
-        from bouncing_disk_ros.maps.label_maps import downsample
+        from bouncing_disk_ros.maps.basin_measures import downsample
 
         stamp = self._node.get_clock().now().to_msg()
         message = CompressedImage(format="png", data=file.read_bytes() if file else _png(figure))

@@ -21,9 +21,9 @@ from typing import Any, NamedTuple, Protocol
 import xarray as xr
 from tqdm import tqdm
 
-from bouncing_disk_ros.command_line.environment import give_way
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.folders import PACKAGE
+from bouncing_disk_ros.niceness import give_way
 from bouncing_disk_ros.study.by_name import definition_of, named
 from bouncing_disk_ros.study.computation import Arrays, Region, Study
 from bouncing_disk_ros.study.lock import exclusive_lock, token_of

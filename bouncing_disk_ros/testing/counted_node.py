@@ -182,9 +182,9 @@ class CountedSimulator(SimulatorNode):
             self.refuse(error)
         return True
 
-    def open_session(self, field: str) -> tuple[Session, Instant]:
+    def arrival(self, field: str) -> tuple[Session, Instant]:
         """As the simulator does; stamps of kept inputs are on the line of those published."""
-        session, instant = super().open_session(field)
+        session, instant = super().arrival(field)
         if self._kept is not None and self.run is not None:
             instant = instant._replace(times=self.run.times)
         return session, instant

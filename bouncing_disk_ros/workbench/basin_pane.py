@@ -38,12 +38,11 @@ from bouncing_disk_ros.maps.absorbing_region import AbsorbingRegion, absorbing_r
 from bouncing_disk_ros.maps.attractor_search import window_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors, numbered
 from bouncing_disk_ros.maps.basin_labels import LabelRule, label_starts
-from bouncing_disk_ros.maps.label_maps import centres
-from bouncing_disk_ros.maps.labelled_window import label_plane
+from bouncing_disk_ros.maps.basin_measures import centres
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+from bouncing_disk_ros.maps.window_basins import label_plane
 from bouncing_disk_ros.study.basins.options import DEFINITION as BASINS
 from bouncing_disk_ros.units import in_pi, number_text, shown_unit
-from bouncing_disk_ros.workbench.computed_pane import ComputedPane, placed
 from bouncing_disk_ros.workbench.latest_work import IsObsolete, LatestWork
 from bouncing_disk_ros.workbench.page_style import one_column
 from bouncing_disk_ros.workbench.start_plane import (
@@ -62,6 +61,7 @@ from bouncing_disk_ros.workbench.start_plane import (
     start_at,
     whole_window,
 )
+from bouncing_disk_ros.workbench.tab import TabPane, placed
 
 COARSE, FULL = 128, 512
 """Pixels along each side of a view: what is shown at first, and in the end."""
@@ -227,13 +227,12 @@ class MapFigure:
             if not len(points):
                 continue
             phases = into(points[:, 0], view.window)
-            contact = one.kind is AttractorKind.CHATTERING
             small = len(points) > _CLOUD
             columns["x"] += phases.tolist()
             columns["y"] += points[:, 1].tolist()
             columns["name"] += [described(one, name)] * len(points)
-            columns["fill"] += [VERMILION if contact else "white"] * len(points)
-            columns["size"] += [2 if small else 5 if contact else 9] * len(points)
+            columns["fill"] += [VERMILION if one.chatters else "white"] * len(points)
+            columns["size"] += [2 if small else 5 if one.chatters else 9] * len(points)
             if one.kind is AttractorKind.PERIODIC:
                 names["x"].append(phases[0])
                 names["y"].append(points[0, 1])
@@ -355,7 +354,7 @@ _PRECISE = "Double precision ends here: several pixels are one and the same star
 Values = Callable[[], Mapping[str, float]]
 
 
-class BasinPane(ComputedPane):
+class BasinPane(TabPane):
     """Basins at the parameters in force, refined as one zooms; a click shows a start's orbit.
 
     `values()` gives the parameters in force by the node's names; `send_start` gets parameters of

@@ -29,18 +29,17 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.colours import BLACK, GREEN, REST_AREA
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.maps.attractors import Attractor, numbered
+from bouncing_disk_ros.maps.basin_measures import centres
 from bouncing_disk_ros.maps.bifurcation_diagram import Branch, from_starts
-from bouncing_disk_ros.maps.label_maps import centres
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
-from bouncing_disk_ros.parameters import AXIAL_FORCING, TABLE
+from bouncing_disk_ros.parameters import AXIAL_FORCING, TABLE, amplitude_of
 from bouncing_disk_ros.study.bifurcation.options import DEFINITION as BIFURCATION
 from bouncing_disk_ros.study.bifurcation.picture import CONTACT_INK, INK, density
 from bouncing_disk_ros.units import in_pi, number_text, with_prefix
 from bouncing_disk_ros.workbench.basin_pane import attractors_of
-from bouncing_disk_ros.workbench.computed_pane import ComputedPane, placed
-from bouncing_disk_ros.workbench.control_pane import amplitude_of
 from bouncing_disk_ros.workbench.latest_work import IsObsolete, LatestWork
 from bouncing_disk_ros.workbench.start_plane import described, section_of
+from bouncing_disk_ros.workbench.tab import TabPane, placed
 
 COARSE, FULL = 160, 800
 """Values of Γ in a view: what is shown at first, and in the end."""
@@ -146,7 +145,7 @@ _ABOUT = (
 Values = Callable[[], Mapping[str, float]]
 
 
-class BifurcationPane(ComputedPane):
+class BifurcationPane(TabPane):
     """The diagram at the restitution in force; a cursor sets the axial amplitude of the run.
 
     `values()` gives the parameters in force by the node's names; `set_values` gets the axial

@@ -1,11 +1,14 @@
-"""The controls of the page: the table of sliders, the juggling pane, and the pane of controls."""
+"""The controls of the page, and the table of its sliders.
+
+Each sends what a user would, and its command line is shown.
+"""
 
 from __future__ import annotations
 
 import html
 import math
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -25,24 +28,23 @@ from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.period_one import refuse_unsettled
 from bouncing_disk_ros.maps.scales import axial_forcing_of
-from bouncing_disk_ros.parameters import AXIAL_FORCING, TABLE, Spec
+from bouncing_disk_ros.parameters import AXIAL_FORCING, TABLE, Spec, amplitude_of
 from bouncing_disk_ros.run.programmes import ANY_MOTION, FIRST_TOSS, load_programme
-from bouncing_disk_ros.sliders import slider_of
+from bouncing_disk_ros.sliders import page_spans, slider_of
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.units import shown_unit
 from bouncing_disk_ros.workbench.actions import (
     Action,
     Call,
     Impulse,
-    Juggle,
     Move,
     Perform,
     Set,
-    StopJuggling,
     lines,
     typed_value,
 )
-from bouncing_disk_ros.workbench.page_style import BAD, GOOD, USUAL, one_column
+from bouncing_disk_ros.workbench.juggling_controls import JugglingControls
+from bouncing_disk_ros.workbench.page_style import BAD, USUAL, one_column
 from bouncing_disk_ros.workbench.run_history import Notice, numbers
 from bouncing_disk_ros.workbench.run_link import RunLink
 from bouncing_disk_ros.workbench.strobe import strobe_rate
@@ -50,6 +52,17 @@ from bouncing_disk_ros.workbench.strobe import strobe_rate
 FORCING = AXIAL_FORCING.name
 """The slider of Γ, which stands for the axial amplitude that gives it."""
 STEPS = 500
+WIDTH = 320
+SLOWER = (1.0, 0.5, 0.2, 0.1, 0.02)
+"""Real-time factors of the buttons."""
+RATE = 100.0
+"""Samples of joint_states in one second of the wall clock, Hz; slow motion needs more in one
+simulated second."""
+SHOWN_LINES, SHOWN_NOTICES = 40, 8
+_TERMINAL = (
+    "font:11px monospace;background:#f4f4f4;padding:6px;max-height:130px;overflow:auto;"
+    "overflow-wrap:anywhere;user-select:text"
+)
 
 
 @dataclass(frozen=True)
@@ -78,18 +91,7 @@ class Control:
     def limits(self, values: Mapping[str, float]) -> tuple[float, float]:
         """What its slider goes from and to at these parameters: room to more than double it."""
         value = self.value(values)
-        reach = max(amplitude_of(1.0, values), 1e-9)  # as Γ; the arc goes as far
-        spans: Mapping[str, tuple[float, float]] = {
-            FORCING: (0.0, 1.0),
-            "axial_amplitude": (0.0, reach),
-            "angular_amplitude": (0.0, reach / values["friction_radius"]),
-            "frequency": (0.1 * value, 2.0 * value),
-            "preload": (-0.5 * values["mass"] * values["gravity"], 4.0 * _weight(values)),
-            "load_torque": (-1.2 * friction_torque(values), 1.2 * friction_torque(values)),
-            "brake_torque": (0.0, 1.2 * friction_torque(values)),
-            "load_inertia": (0.0, 10.0 * values["mass"] * values["gyration_radius"] ** 2),
-        }
-        low, high = spans.get(self.name) or slider_of(self.name, value) or (0.0, 1.0)
+        low, high = page_spans(values).get(self.name) or slider_of(self.name, value) or (0.0, 1.0)
         return min(low, 2.0 * value), max(high, 2.0 * value)
 
     def action(self, given: float, values: Mapping[str, float]) -> Action:
@@ -120,123 +122,7 @@ DISK_CONTROLS = (
 
 def forcing_of(values: Mapping[str, float]) -> float:
     """Γ of parameters by name, 1."""
-    motion = Motion(*(values[name] for name in MOTION_NAMES))
-    return axial_forcing_of(motion, Disk(*(values[name] for name in Disk._fields)))
-
-
-def amplitude_of(axial_forcing: float, values: Mapping[str, float]) -> float:
-    """The axial amplitude, m, that has a forcing with the other parameters."""
-    pull = values["gravity"] + values["preload"] / values["mass"]
-    return axial_forcing * math.pi * pull / (math.tau * values["frequency"]) ** 2
-
-
-def _weight(values: Mapping[str, float]) -> float:
-    return values["mass"] * values["gravity"]
-
-
-def friction_torque(values: Mapping[str, float]) -> float:
-    """T* = μ a_e (m g + P): what friction can pass on in the mean, N·m; at least a little."""
-    pull = max(_weight(values) + values["preload"], 0.0)
-    return max(values["friction"] * values["friction_radius"] * pull, 1e-9)
-
-
-# ------------------------------------------------------------------------------------------------
-# The controls of a page for juggling: a strategy, start and stop, and how the loop stands.
-
-
-STRATEGIES = {
-    "none": "open loop",
-    "impact_time": "impact times",
-    "deadbeat": "deadbeat",
-    "small": "small",
-}
-"""The strategies of `juggle`, with what is written on the buttons."""
-_FIRST = "deadbeat"
-_IDLE = "Keep the toss going; disturb it by an impulse."
-
-
-class JugglingControls:
-    """Buttons of one page; `send` gets their actions. Attribute: `layout`."""
-
-    def __init__(self, send: Callable[[Action], None], width: int) -> None:
-        self._send = send
-        self._values: Mapping[str, float] = {}
-        self._status = ""
-        self._following = False
-        self.strategy = RadioButtonGroup(
-            labels=list(STRATEGIES.values()), active=list(STRATEGIES).index(_FIRST), width=width,
-            name="strategy",
-        )  # fmt: skip
-        self.strategy.on_change("active", lambda _attr, _old, new: self._on_strategy(new))
-        self.juggle = Button(label="Juggle", width=80, name="juggle")
-        self.juggle.on_click(self._on_juggle)
-        self.status = Div(text=_IDLE, width=width - 95, height=34, align="center", name="juggling")
-        self.layout = column(self.strategy, row(self.juggle, self.status))
-
-    @property
-    def _is_running(self) -> bool:
-        return bool(self._status)
-
-    def _on_juggle(self) -> None:
-        self._send(StopJuggling() if self._is_running else self._start())
-
-    def _on_strategy(self, new: int | None) -> None:
-        """Another strategy takes over at once where one runs."""
-        if self._is_running and not self._following and new is not None:
-            self._send(self._start())
-
-    def _start(self) -> Juggle:
-        return juggle_with(list(STRATEGIES)[self.strategy.active or 0], self._values)
-
-    def refresh(self, values: Mapping[str, float], status: str) -> None:
-        """Follow the parameters in force and the status of a loop, whoever has started it."""
-        self._values = values
-        if status == self._status:
-            return
-        self._status = status
-        name, _, text = status.partition(": ")
-        if name in STRATEGIES:
-            self._following = True  # what is set here is no wish of somebody's
-            self.strategy.active = list(STRATEGIES).index(name)
-            self._following = False
-        self.juggle.label = "Stop" if status else "Juggle"
-        self.juggle.button_type = "primary" if status else "default"
-        shown = html.escape(text if name in STRATEGIES else status)
-        self.status.text = f"<b style='color:{_color(text)}'>{shown}</b>" if status else _IDLE
-
-
-def juggle_with(strategy: str, values: Mapping[str, float]) -> Juggle:
-    """The loop of a strategy that believes the parameters in force."""
-    options = {
-        "restitution": values["restitution"],
-        "gravity": values["gravity"] + values["preload"] / values["mass"],
-    }
-    if values["real_time_factor"] != 1.0:
-        options["real_time_factor"] = values["real_time_factor"]
-    return Juggle(strategy, options)
-
-
-def _color(text: str) -> Any:
-    if text.startswith("captured"):
-        return GOOD
-    return BAD if text.startswith(("lost", "cannot")) else USUAL
-
-
-# ------------------------------------------------------------------------------------------------
-# The controls on a page: each sends what a user would, and its command line is shown.
-
-
-WIDTH = 320
-SLOWER = (1.0, 0.5, 0.2, 0.1, 0.02)
-"""Real-time factors of the buttons."""
-RATE = 100.0
-"""Samples of joint_states in one second of the wall clock, Hz; slow motion needs more in one
-simulated second."""
-SHOWN_LINES, SHOWN_NOTICES = 40, 8
-_TERMINAL = (
-    "font:11px monospace;background:#f4f4f4;padding:6px;max-height:130px;overflow:auto;"
-    "overflow-wrap:anywhere;user-select:text"
-)
+    return axial_forcing_of(Motion.of(values), Disk.of(values))
 
 
 class ControlPane:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from bouncing_disk_ros.command_line.environment import give_way
+from bouncing_disk_ros.niceness import give_way
 
 IsObsolete = Callable[[], bool]
 Work = Callable[[IsObsolete], None]

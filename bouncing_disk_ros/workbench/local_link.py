@@ -185,7 +185,7 @@ class LocalLink(RunLink):
             self._run.set_active(transition == "activate")
 
     def _command(self, run: RunControl, action: Move | Impulse | Perform) -> None:
-        session, instant = run.open("an input")
+        session, instant = run.arrival("an input")
         arrived = session, instant._replace(times=SIMULATED)
         for request in self._requests(action, session):
             apply_request(request, lambda: arrived)

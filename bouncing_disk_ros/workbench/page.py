@@ -17,7 +17,6 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.workbench.actions import Call, Move, Set, new_run
 from bouncing_disk_ros.workbench.address import WRITES, read, written
-from bouncing_disk_ros.workbench.computed_pane import ComputedPane
 from bouncing_disk_ros.workbench.control_pane import ControlPane
 from bouncing_disk_ros.workbench.page_style import BAD, TEMPLATE, THEME, one_column
 from bouncing_disk_ros.workbench.player_pane import PlayerPane
@@ -25,6 +24,7 @@ from bouncing_disk_ros.workbench.run_history import numbers
 from bouncing_disk_ros.workbench.run_link import RunLink
 from bouncing_disk_ros.workbench.run_pane import RunPane
 from bouncing_disk_ros.workbench.scene_buttons import SceneButtons
+from bouncing_disk_ros.workbench.tab import TabPane
 
 TITLE = "Bouncing disk workbench"
 FRAME_MS = 33
@@ -36,7 +36,7 @@ TEXT_EVERY = 6
 class TabRow(NamedTuple):
     """A tab beside that of the run: its title, and its pane, made when it is first seen.
 
-    `pane`: module and class of a `ComputedPane`, which is given what gives the parameters in force
+    `pane`: module and class of a `TabPane`, which is given what gives the parameters in force
     and what sends others. `restarts`: whether the run begins anew with those sent.
     """
 
@@ -99,7 +99,7 @@ class Page:
         self._count = 0
         self._parameters: dict[str, float] = {}
         self._status_text = ""
-        self._panes: dict[TabRow, ComputedPane] = {}
+        self._panes: dict[TabRow, TabPane] = {}
         self._holders = {tab: column(sizing_mode="stretch_width") for tab in TABS}
         self._behind = set(TABS)  # those that have not seen the parameters in force
         first = TabPanel(child=self.run.layout, title="The run")
@@ -112,10 +112,10 @@ class Page:
         document.add_root(self._layout())
         document.add_periodic_callback(self.update, FRAME_MS)
 
-    def _pane(self, tab: TabRow) -> ComputedPane:
+    def _pane(self, tab: TabRow) -> TabPane:
         module, name = tab.pane.split(".")
         make = getattr(import_module(f"{__package__}.{module}"), name)
-        pane: ComputedPane = make(self.values, self.send_start if tab.restarts else self.set_values)
+        pane: TabPane = make(self.values, self.send_start if tab.restarts else self.set_values)
         return pane
 
     def _layout(self) -> Any:
@@ -148,7 +148,7 @@ class Page:
             self._behind.remove(tab)
             pane.parameters_changed()
 
-    def _seen(self, tab: TabRow) -> ComputedPane:
+    def _seen(self, tab: TabRow) -> TabPane:
         """The pane of a tab, which is made when it is first needed."""
         if tab not in self._panes:
             self._panes[tab] = self._pane(tab)

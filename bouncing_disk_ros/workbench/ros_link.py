@@ -21,10 +21,10 @@ from std_srvs.srv import SetBool, Trigger
 
 from bouncing_disk_ros.command_line.child import Child
 from bouncing_disk_ros.errors import one_line
-from bouncing_disk_ros.ros.conversions import impulse_to_msg, programme_to_msg
 from bouncing_disk_ros.ros.from_messages import time_to_ns
 from bouncing_disk_ros.ros.node_tool import publishing_nodes
 from bouncing_disk_ros.ros.qos import profile_of, publisher_of, subscription_to
+from bouncing_disk_ros.ros.to_messages import impulse_to_msg, programme_to_msg
 from bouncing_disk_ros.topics import MOTION_NAMES, Qos
 from bouncing_disk_ros.workbench.actions import (
     Action,

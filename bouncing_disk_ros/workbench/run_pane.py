@@ -18,7 +18,6 @@ from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.maps.period_one import period_one
 from bouncing_disk_ros.maps.scales import axial_forcing_of, velocity_scale
 from bouncing_disk_ros.side_window import SideWindow, side_window
-from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.units import in_pi, number_text, shown_unit
 from bouncing_disk_ros.workbench.flow_control import FlowControl
 from bouncing_disk_ros.workbench.page_style import one_column
@@ -241,8 +240,7 @@ class RunPane:
         if values == self._values:
             return
         self._values = dict(values)
-        motion = Motion(*(values[name] for name in MOTION_NAMES))
-        disk = Disk(*(values[name] for name in Disk._fields))
+        motion, disk = Motion.of(values), Disk.of(values)
         figures = self._figures
         self._scale = velocity_scale(motion, disk) or 1.0
         factor = values["real_time_factor"]

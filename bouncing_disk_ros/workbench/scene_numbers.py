@@ -13,9 +13,9 @@ import xarray as xr
 from bouncing_disk_ros.core.model import ImpactKind
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind
+from bouncing_disk_ros.maps.basin_measures import uncertainty_exponent
 from bouncing_disk_ros.maps.best_lag import best_lag
 from bouncing_disk_ros.maps.bifurcations import period_doublings
-from bouncing_disk_ros.maps.label_maps import uncertainty_exponent
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.maps.scales import angular_forcing_of, axial_forcing_of

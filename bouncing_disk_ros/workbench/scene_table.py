@@ -11,11 +11,8 @@ from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import FIRST_TOSS
-from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.units import number_text
 from bouncing_disk_ros.workbench.actions import RUN_NAMES, Action, Perform, new_run
-from bouncing_disk_ros.workbench.control_pane import amplitude_of
-from bouncing_disk_ros.workbench.run_history import numbers
 from bouncing_disk_ros.workbench.strobe import strobe_rate
 
 PIZZA, MOTOR = "pizza_multiple_toss", "swum"
@@ -51,7 +48,7 @@ class Scene:
         """All parameters of the run's start."""
         whole = parameters.complete({**load_preset(self.preset), **self.values})
         if self.axial_forcing is not None:
-            whole["axial_amplitude"] = amplitude_of(self.axial_forcing, numbers(whole))
+            whole["axial_amplitude"] = parameters.amplitude_of(self.axial_forcing, whole)
         frequency = float(whole["frequency"])
         whole["state_rate"] = strobe_rate(frequency, RATE)
         return {name: whole[name] for name in RUN_NAMES}
@@ -59,14 +56,12 @@ class Scene:
     @property
     def motion(self) -> Motion:
         """The motion of the platform at the start."""
-        values = numbers(self.parameters)
-        return Motion(*(values[name] for name in MOTION_NAMES))
+        return Motion.of(self.parameters)
 
     @property
     def disk(self) -> Disk:
         """The disk and its loads."""
-        values = numbers(self.parameters)
-        return Disk(*(values[name] for name in Disk._fields))
+        return Disk.of(self.parameters)
 
     def actions(self, own: Mapping[str, Value]) -> list[Action]:
         """What sets it up as a run of its own; `own`: the parameters that the node has."""

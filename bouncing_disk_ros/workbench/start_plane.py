@@ -17,7 +17,7 @@ from bouncing_disk_ros.maps.attractors import (
     AttractorKind,
     refuse_conservative,
 )
-from bouncing_disk_ros.maps.label_maps import centres
+from bouncing_disk_ros.maps.basin_measures import centres
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.scales import acceleration, axial_forcing_of, velocity_scale
 from bouncing_disk_ros.parameters import DEFAULTS, Value, complete

@@ -29,7 +29,7 @@ from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.bag.writer import COMPRESSIONS
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
-from bouncing_disk_ros.ros.conversions import impacts_to_msg
+from bouncing_disk_ros.ros.to_messages import impacts_to_msg
 from support import large_bag
 from support.bags import START_NS, impact_rows, message
 from support.processes import Starter

@@ -20,7 +20,7 @@ from bench.c_reference import CLanes, CReference
 from bench.many_references import missing
 from bench.table import Aim, Row, compared, row
 from bench.turns import Run, interleaved
-from bouncing_disk_ros.maps.lanes.label_lanes import (
+from bouncing_disk_ros.maps.basin_labels import (
     LaneRule,
     StartLabels,
     known_points,

@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from bench.axial import RESTITUTION, Regime
 from bench.many_references import missing
-from bouncing_disk_ros.maps.axial_map import next_impact
+from bouncing_disk_ros.maps.axial_map import flight_tangent, next_impact
 from bouncing_disk_ros.maps.lanes.attractor_lanes import measure_attractors
-from bouncing_disk_ros.maps.map_tangent import flight_tangent
 from bouncing_disk_ros.maps.rotation_map import LYAPUNOV, measure_attractor
 
 Floats = NDArray[np.float64]

@@ -7,9 +7,9 @@ import numpy as np
 from bench.processor import work
 from bench.table import Aim, Row, row
 from bench.turns import elapsed
-from bouncing_disk_ros.maps.labelled_window import label_window
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
+from bouncing_disk_ros.maps.window_basins import label_window
 from bouncing_disk_ros.orbit_studies.fatal_changes import FatalRule
 from bouncing_disk_ros.orbit_studies.orbit_branch import orbit_curve
 from bouncing_disk_ros.orbit_studies.orbit_curves import Curve, Window

@@ -149,7 +149,7 @@ def test_time_stands_at_a_gate_and_services_answer(loops: Callable[..., Loop]) -
     gate = loop.gate
     run = loop.node.run
     assert run is not None
-    loop.spin_until(lambda: bool(run.gates and run.gates.is_open))
+    loop.spin_until(lambda: bool(run.gates and run.gates.is_closed))
     time_ns = run.session.time_ns
     loop.spin_until(lambda: loop.node._read().overdue)
     assert "no answer of controller 1" in loop.node._read().waiting

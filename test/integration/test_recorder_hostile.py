@@ -18,7 +18,7 @@ from std_msgs.msg import Float64MultiArray, String
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
-from bouncing_disk_ros.ros.conversions import IMPACT_FIELDS
+from bouncing_disk_ros.ros.to_messages import IMPACT_FIELDS
 from support.processes import Starter, recorder
 from support.talker import Talker, wait_until
 

@@ -20,7 +20,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.nodes.replay import bag_streams, replay
-from bouncing_disk_ros.ros.conversions import impacts_to_msg, impulse_to_msg
+from bouncing_disk_ros.ros.to_messages import impacts_to_msg, impulse_to_msg
 from bouncing_disk_ros.run.command_validation import ImpulseRequest
 from bouncing_disk_ros.run.input_records import to_json
 from bouncing_disk_ros.units import NS

@@ -232,7 +232,7 @@ def test_an_inactive_node_refuses_with_a_reason(make: Make) -> None:
     node = make(autostart=False, start_paused=False).node
     assert node.run is None
     with pytest.raises(InputError, match=r"while unconfigured.*configure, then activate"):
-        node.open_session("~/pause")
+        node.arrival("~/pause")
     assert node.trigger_configure() == SUCCESS
     assert node.run is not None
     with pytest.raises(InputError, match=r"~/pause: got 'an input while inactive'.*activate"):

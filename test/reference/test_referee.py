@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.maps.lanes.axial_lanes import COUNT_CONTACTS, COUNT_RESTS, iterate_axial
-from bouncing_disk_ros.proof.exact_records import Outcome
+from bouncing_disk_ros.proof.verdicts import Outcome
 from reference.cases import FIRST, examples
 from support.map_proof import Collision, MapKind, prove_collision
 from support.referee import FLIGHTS, GIVEN_UP, prove_runs

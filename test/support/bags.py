@@ -16,7 +16,7 @@ from std_msgs.msg import Float64MultiArray, String
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
-from bouncing_disk_ros.ros.conversions import impacts_to_msg
+from bouncing_disk_ros.ros.to_messages import impacts_to_msg
 
 START_NS = 1_700_000_000_123_456_789
 STEP_NS = 1_000_000

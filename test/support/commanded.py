@@ -51,7 +51,7 @@ class CommandedSession:
         self.commands = Commands(node, self)
         self.commands.turns = WorkTurns(lambda: None, spent=lambda: 0)  # all acts at once
 
-    def open_session(self, _field: str) -> tuple[Session, Instant]:
+    def arrival(self, _field: str) -> tuple[Session, Instant]:
         times = TimeMap(0, 0, WALL_NS, 1.0, False)
         return self.session, Instant(self.session.input_ns, times, NS // 10)
 

@@ -11,8 +11,8 @@ from sensor_msgs.msg import JointState, PointCloud2
 from std_msgs.msg import Float64, UInt64MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from bouncing_disk_ros.ros.conversions import ns_to_duration, ns_to_time
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg, time_to_ns
+from bouncing_disk_ros.ros.to_messages import ns_to_duration, ns_to_time
 
 GATES = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 MOVE_NS = 50_000_000
@@ -73,7 +73,7 @@ class GateController(Node):
 
     def __init__(self, number: int = 1, **settings: Any) -> None:
         super().__init__(f"controller_{number}", **settings)
-        self.number, self.gates, self._rows, self._open = number, 0, 0, (-1, 0, 0)
+        self.number, self.gates, self._rows, self._asked = number, 0, 0, (-1, 0, 0)
         self._inputs = 0
         self.silent = False
         self._first: int | None = None  # row that it may answer
@@ -112,19 +112,19 @@ class GateController(Node):
         return all(one.get_subscription_count() for one in outputs)
 
     def on_gate(self, msg: UInt64MultiArray) -> None:
-        """A gate is open."""
-        self._open = tuple(msg.data)
+        """A gate is closed."""
+        self._asked = tuple(msg.data)
         if self._first is None:  # what came before this controller it may not have heard
-            self._rows = self._first = self._open[2]
+            self._rows = self._first = self._asked[2]
         self.answer()
 
     def answer(self) -> None:
         """Answer once all rows that the gate speaks of are here."""
-        gate, _, rows = self._open
+        gate, _, rows = self._asked
         if gate < 0 or self._rows < rows or self.silent or not self.is_matched:
             return
         self.gates += 1
-        self._open = (-1, 0, 0)
+        self._asked = (-1, 0, 0)
         answer = (self.number, gate, self._inputs)
         self._inputs = 0
         self._proceed.publish(UInt64MultiArray(data=array("Q", answer)))

@@ -24,7 +24,7 @@ def main() -> None:
         """Ends at one edge."""
 
         def on_gate(self, msg: Any) -> None:
-            """A gate is open."""
+            """A gate is closed."""
             super().on_gate(msg)
             if self.answered and self.answered[0] == int(last):
                 self.proceed.wait_for_all_acked()

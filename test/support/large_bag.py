@@ -57,7 +57,7 @@ def make(folder: Path, gigabytes: float) -> int:
     from rclpy.serialization import serialize_message
     from std_msgs.msg import Float64MultiArray
 
-    from bouncing_disk_ros.ros.conversions import impacts_to_msg
+    from bouncing_disk_ros.ros.to_messages import impacts_to_msg
     from support.bags import START_NS, impact_rows
 
     cloud = serialize_message(impacts_to_msg(impact_rows(0, ROWS), START_NS))

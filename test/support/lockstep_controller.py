@@ -28,7 +28,7 @@ class Sleepy(GateController):
         self._load = load
 
     def on_gate(self, msg: UInt64MultiArray) -> None:
-        """A gate is open; the controller takes its time."""
+        """A gate is closed; the controller takes its time."""
         if self._load and random.random() < 0.3:
             time.sleep(random.random() * self._load)
         super().on_gate(msg)

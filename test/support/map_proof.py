@@ -17,17 +17,10 @@ from bouncing_disk_ros.core.model import Phase
 from bouncing_disk_ros.core.roots import INSTANT
 from bouncing_disk_ros.proof.event_functions import HALF_ULP, ROUNDINGS, Watched, gap_of
 from bouncing_disk_ros.proof.event_proof import chatter_tail
-from bouncing_disk_ros.proof.exact_records import (
-    DiskRecord,
-    MotionRecord,
-    Outcome,
-    State,
-    Verdict,
-    compared,
-    worst,
-)
+from bouncing_disk_ros.proof.exact_records import DiskRecord, MotionRecord, State
 from bouncing_disk_ros.proof.platforms import SteadyPlatform
 from bouncing_disk_ros.proof.positivity import Found, first_zero, opens
+from bouncing_disk_ros.proof.verdicts import Outcome, Verdict, compared, worst
 
 GRAVITY = 1.0 / math.pi
 _PRECISION = 192

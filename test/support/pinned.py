@@ -19,23 +19,23 @@ from bouncing_disk_ros.core.model import Disk, InitialState, Motion, join_rows
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors
 from bouncing_disk_ros.maps.axial_map import axial_orbit
-from bouncing_disk_ros.maps.basin_labels import label_starts
-from bouncing_disk_ros.maps.best_lag import best_lag
-from bouncing_disk_ros.maps.best_toss import extreme
-from bouncing_disk_ros.maps.bifurcations import period_doublings
-from bouncing_disk_ros.maps.label_maps import (
-    basin_entropy,
-    box_dimension,
-    uncertainty_exponent,
-)
-from bouncing_disk_ros.maps.lanes.attractor_lanes import measure_attractors
-from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
-from bouncing_disk_ros.maps.lanes.label_lanes import (
+from bouncing_disk_ros.maps.basin_labels import (
     LaneRule,
     StartLabels,
     known_points,
     label_lanes,
+    label_starts,
 )
+from bouncing_disk_ros.maps.basin_measures import (
+    basin_entropy,
+    box_dimension,
+    uncertainty_exponent,
+)
+from bouncing_disk_ros.maps.best_lag import best_lag
+from bouncing_disk_ros.maps.best_toss import extreme
+from bouncing_disk_ros.maps.bifurcations import period_doublings
+from bouncing_disk_ros.maps.lanes.attractor_lanes import measure_attractors
+from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
 from bouncing_disk_ros.maps.lanes.lane_basics import fused
 from bouncing_disk_ros.maps.map_tangent import axial_tangent
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
@@ -47,7 +47,7 @@ from bouncing_disk_ros.maps.tosses import TossSetting, toss, toss_pixels
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.input_records import Record, from_json, to_json
 from bouncing_disk_ros.run.input_replay import restored
-from bouncing_disk_ros.run.replay_check import replay
+from bouncing_disk_ros.run.replay import replay
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.what_if import changes_of, what_if
 from support.digest import Near, nearly

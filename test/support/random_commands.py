@@ -14,7 +14,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bouncing_disk_ros.limits import COMMAND_BYTES, COMMAND_POINTS
 from bouncing_disk_ros.parameters import TABLE
-from bouncing_disk_ros.ros.conversions import ns_to_duration, ns_to_time
+from bouncing_disk_ros.ros.to_messages import ns_to_duration, ns_to_time
 from bouncing_disk_ros.topics import MOTION_NAMES
 
 FREQUENCIES = (1e-3, 1e6)

@@ -8,7 +8,7 @@ from array import array
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bouncing_disk_ros.limits import COMMAND_POINTS
-from bouncing_disk_ros.ros.conversions import ns_to_duration, ns_to_time
+from bouncing_disk_ros.ros.to_messages import ns_to_duration, ns_to_time
 from bouncing_disk_ros.topics import OFFSET_JOINTS
 from support.random_commands import NO_NUMBERS, NS, Command, between, flipped, packed
 

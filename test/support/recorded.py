@@ -19,7 +19,7 @@ from bouncing_disk_ros import bag, parameters
 from bouncing_disk_ros.core.model import Disk, join_rows
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.report.run_record import RunRecord, State
-from bouncing_disk_ros.ros import conversions
+from bouncing_disk_ros.ros import to_messages
 from bouncing_disk_ros.run.health import Health, Reading, Status
 from bouncing_disk_ros.run.input_records import Record, to_json
 from bouncing_disk_ros.run.presets import load_preset
@@ -94,12 +94,12 @@ class RecordedRun:
             if is_end:
                 self._flush()
             sample = self.session.simulation.sample()
-            state = conversions.fill_joint_state(
-                conversions.new_joint_state(), sample, self._stamp(now)
+            state = to_messages.fill_joint_state(
+                to_messages.new_joint_state(), sample, self._stamp(now)
             )
             self._send("joint_states", state)
             speeds = before.mean_speeds(sample)
-            self._send("disk/rotor_speed", conversions.speed_to_msg(speeds, self._stamp(now)))
+            self._send("disk/rotor_speed", to_messages.speed_to_msg(speeds, self._stamp(now)))
             before = sample
             if is_end and now % NS == 0:
                 self._report(now)
@@ -125,7 +125,7 @@ class RecordedRun:
         if len(rows):
             self.rows.append(rows)
             stamp = self._stamp(round(float(rows["time"][-1]) * NS))
-            self._send("disk/impacts", conversions.impacts_to_msg(rows, stamp))
+            self._send("disk/impacts", to_messages.impacts_to_msg(rows, stamp))
 
     def _stamp(self, simulated_ns: int) -> int:
         return self._times.to_ros(simulated_ns)
@@ -147,12 +147,12 @@ class RecordedRun:
         if simulation.motion_index != self._motion_index:
             self._motion_index = simulation.motion_index
             motion = simulation.motion_in_force
-            msg = conversions.motion_to_msg(motion, self._stamp(motion.begin_ns))
+            msg = to_messages.motion_to_msg(motion, self._stamp(motion.begin_ns))
             self._send_trajectory("platform/motion", msg)
         if simulation.offset_index != max(self._offset_index, 0):
             self._offset_index = simulation.offset_index
             stamp = self._stamp(simulation.offset_begin_ns)
-            self._send_trajectory("platform/offset", conversions.offset_to_msg(simulation, stamp))
+            self._send_trajectory("platform/offset", to_messages.offset_to_msg(simulation, stamp))
 
     def _send_trajectory(self, topic: str, msg: Any) -> None:
         for point in msg.points:  # rclpy serialises empty arrays with stray bytes behind them
@@ -170,7 +170,7 @@ class RecordedRun:
         name = f"{self._namespace}/bouncing_disk".lstrip("/")
         rows = [_status(name, row) for row in self._health.report(reading, ticks)]
         msg = DiagnosticArray(status=rows)
-        msg.header.stamp = conversions.ns_to_time(self._stamp(now))
+        msg.header.stamp = to_messages.ns_to_time(self._stamp(now))
         self._send("/diagnostics", msg)
 
     def _send(self, topic: str, msg: Any) -> None:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 from bouncing_disk_ros.core.model import Phase, SimulationError
 from bouncing_disk_ros.proof.event_proof import prove
 from bouncing_disk_ros.proof.event_trace import trace
-from bouncing_disk_ros.proof.exact_records import Outcome, described
+from bouncing_disk_ros.proof.verdicts import Outcome, described
 from support.random_runs import FAR_NS, RandomRun, random_fade, random_run
 
 FLIGHTS, GIVEN_UP = "flights", "given up"

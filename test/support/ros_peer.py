@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from rclpy.node import Node
 
 from bouncing_disk_ros.core.model import join_rows
-from bouncing_disk_ros.ros.conversions import programme_to_msg
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg, time_to_ns
 from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.ros.to_messages import programme_to_msg
 from bouncing_disk_ros.run.command_validation import PointRequest, ProgrammeRequest
 from bouncing_disk_ros.run.input_records import Record, from_json
 from bouncing_disk_ros.topics import TOPICS, Direction

@@ -10,7 +10,7 @@ from std_msgs.msg import Float64
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bouncing_disk_ros.limits import COMMAND_POINTS
-from bouncing_disk_ros.ros.conversions import impulse_to_msg
+from bouncing_disk_ros.ros.to_messages import impulse_to_msg
 from bouncing_disk_ros.run.command_validation import ImpulseRequest
 from bouncing_disk_ros.topics import OFFSET_JOINTS
 

@@ -18,7 +18,7 @@ PACKAGE = ROOT / "bouncing_disk_ros"
 TABLES = {
     "angles", "animation", "bounded", "colours", "distributions", "errors",
     "executables", "field_checks", "matplotlib_figures", "folders", "help_text", "impact_layout",
-    "kernel_cache", "limits", "parameters", "parsing", "public_names", "regular_file",
+    "kernel_cache", "limits", "niceness", "parameters", "parsing", "public_names", "regular_file",
     "running_numbers", "scalar_search", "side_window", "sliders", "topics", "units",
 }  # fmt: skip
 #: folder of the base -> the folders it may import. A new folder must be entered here or below.
@@ -101,7 +101,8 @@ def package(file: Path) -> str:
 
 def has_kernels(file: Path) -> bool:
     """Whether a module declares compiled functions: all of `core`, and some beside it."""
-    return package(file) == "core" or any(".core.arithmetic." in name for name in imports(file))
+    compilers = {"bouncing_disk_ros.core.compilation", "bouncing_disk_ros.maps.lanes.lane_basics"}
+    return package(file) == "core" or bool(compilers & modules_of(imports(file)))
 
 
 def is_a_controller(file: Path) -> bool:

@@ -194,8 +194,8 @@ def test_kernels_are_compiled_and_announced_once_for_all_installations_of_the_sa
         "from numba import float64\n"
         "from numba.core import event\n"
         "with event.install_recorder('numba:compile') as found:\n"
-        "    import bouncing_disk_ros.core.arithmetic as arithmetic\n"
-        "    @arithmetic.entry(float64(float64))\n"
+        "    from bouncing_disk_ros.core import arithmetic, compilation\n"
+        "    @compilation.entry(float64(float64))\n"
         "    def one_more(x): return x + 1.0\n"
         "print(len(found.buffer), arithmetic.__file__)"
     )

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import math
 
-from bouncing_disk_ros.core.arithmetic import kernel, rare_kernel, shortest_angle, sincos, wrapped
+from bouncing_disk_ros.core.arithmetic import shortest_angle, sincos, wrapped
 from bouncing_disk_ros.core.chatter import BOUNCES, chatter_end
+from bouncing_disk_ros.core.compilation import kernel, rare_kernel
 from bouncing_disk_ros.core.contact_events import load, load_returns, separation
 from bouncing_disk_ros.core.flight import Launch, gap_after
 from bouncing_disk_ros.core.platform import Jet, Record, axial_jet, moved_motion

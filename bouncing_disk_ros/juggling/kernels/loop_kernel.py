@@ -12,7 +12,8 @@ import math
 import numpy as np
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, entry, rare_kernel
+from bouncing_disk_ros.core.arithmetic import TWO_PI
+from bouncing_disk_ros.core.compilation import entry, rare_kernel
 from bouncing_disk_ros.core.restitution import axial_push, rebound, speed_after
 from bouncing_disk_ros.juggling.kernels.flights import (
     FLIES,

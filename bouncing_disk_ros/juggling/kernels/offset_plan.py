@@ -16,7 +16,8 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.arithmetic import GIGA, kernel, rare_kernel
+from bouncing_disk_ros.core.arithmetic import GIGA
+from bouncing_disk_ros.core.compilation import kernel, rare_kernel
 from bouncing_disk_ros.core.layout import OFFSET_DEGREE
 from bouncing_disk_ros.core.platform import offset_at, offset_bounds
 

@@ -11,14 +11,8 @@ import math
 import numpy as np
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import (
-    TWO_PI,
-    arccosine,
-    entry,
-    kernel,
-    rare_kernel,
-    shortest_angle,
-)
+from bouncing_disk_ros.core.arithmetic import TWO_PI, arccosine, shortest_angle
+from bouncing_disk_ros.core.compilation import entry, kernel, rare_kernel
 from bouncing_disk_ros.juggling.kernels.flights import (
     FLIES,
     IMPACT,

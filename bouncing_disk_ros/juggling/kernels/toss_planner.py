@@ -13,7 +13,8 @@ import math
 
 import numpy as np
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, rare_kernel
+from bouncing_disk_ros.core.arithmetic import TWO_PI
+from bouncing_disk_ros.core.compilation import rare_kernel
 from bouncing_disk_ros.core.flight import Launch
 from bouncing_disk_ros.core.platform import axial_jet
 from bouncing_disk_ros.juggling.kernels.flights import (

@@ -6,7 +6,8 @@ import math
 
 from numba import types
 
-from bouncing_disk_ros.core.arithmetic import entry, shortest_angle
+from bouncing_disk_ros.core.arithmetic import shortest_angle
+from bouncing_disk_ros.core.compilation import entry
 from bouncing_disk_ros.juggling.kernels.offset_plan import Array
 
 NEVER, CAPTURED, LOST = 0, 1, 2

@@ -15,10 +15,11 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.arithmetic import kernel, sincos
+from bouncing_disk_ros.core.arithmetic import sincos
+from bouncing_disk_ros.core.compilation import kernel
 from bouncing_disk_ros.core.restitution import speed_after as scalar_speed_after
-from bouncing_disk_ros.maps import axial_map, map_tangent
-from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, MAP_IMPACT, MAP_REST
+from bouncing_disk_ros.maps import axial_map
+from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, MAP_IMPACT, MAP_REST, flight_tangent
 from bouncing_disk_ros.maps.lanes.lane_basics import (
     COSINE,
     DELAY,
@@ -45,7 +46,6 @@ from bouncing_disk_ros.maps.lanes.lane_basics import (
     set_impact,
 )
 from bouncing_disk_ros.maps.lanes.lane_flight import land_lanes, run_lanes
-from bouncing_disk_ros.maps.map_tangent import flight_tangent
 from bouncing_disk_ros.maps.rotation_map import (
     AT_REST,
     CONTACT_COUNT,
@@ -136,7 +136,7 @@ def start_rotation(z: Any, i: int, speed: float, phase_lag: float, angular_forci
 # ------------------------------------------------------------------------------------------------
 # A tangent vector for each lane: how small changes of (τ, w) grow along the trajectories.
 #
-# The derivatives are those of maps/map_tangent.py, inlined. A vector is scaled by powers of two
+# The derivatives are those of maps/axial_map.py, inlined. A vector is scaled by powers of two
 # alone, which are counted, when it leaves a wide range: nothing is rounded by that, and the
 # logarithm of its growth is taken once for each trajectory.
 
@@ -149,7 +149,7 @@ TANGENT_FIELDS = ROTATION_FIELDS + 3
 _FAR = 256.0
 _LARGE, _SMALL = 2.0**_FAR, 2.0**-_FAR
 
-turned_tangent = lane(map_tangent.turned_tangent)
+turned_tangent = lane(axial_map.turned_tangent)
 
 
 @lane

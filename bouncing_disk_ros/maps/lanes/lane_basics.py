@@ -55,11 +55,10 @@ from bouncing_disk_ros.core.arithmetic import (
     S15,
     TWO_OVER_PI,
     TWO_PI,
-    Kernel,
-    kernel,
     sincos,
 )
 from bouncing_disk_ros.core.chatter import chatter_scale
+from bouncing_disk_ros.core.compilation import Kernel, kernel
 from bouncing_disk_ros.core.platform import ROOM, axial_jet
 from bouncing_disk_ros.core.restitution import rebound as scalar_rebound
 from bouncing_disk_ros.core.restitution import rebounded

@@ -18,7 +18,7 @@ from math import cos, inf, log, sin, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.arithmetic import entry, kernel, rare_kernel
+from bouncing_disk_ros.core.compilation import entry, kernel, rare_kernel
 from bouncing_disk_ros.measured.kernels.rest_laws import (
     AMPLITUDE,
     FREQUENCY,

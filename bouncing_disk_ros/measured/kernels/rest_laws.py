@@ -13,7 +13,7 @@ from math import asin, asinh, atan, atanh, pi, sqrt, tan, tanh
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.arithmetic import rare_kernel
+from bouncing_disk_ros.core.compilation import rare_kernel
 
 RESTITUTION, AMPLITUDE, PHASE, FREQUENCY, SLOPE, DRAG = range(6)
 """Parameters of a model: ε, A (m), φ (rad at t = 0), ω (rad/s); at rest ε₁ (s/m), κ (1/m)."""

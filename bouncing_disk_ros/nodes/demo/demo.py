@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from bouncing_disk_ros.command_line import environment
+from bouncing_disk_ros.command_line.environment import ros_is_here
 from bouncing_disk_ros.command_line.start import Start, option_values
 from bouncing_disk_ros.errors import ExitCode
 from bouncing_disk_ros.kernel_cache import announce_compilation
@@ -35,12 +35,13 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.add_argument("--bag", type=Path, default=Path(BAG), metavar="FOLDER",
                         help=f"where to record; replaces an earlier bag ({BAG})")  # fmt: skip
     folder = start.parse().bag
-    here = environment.ros_is_here()
-    return start.run(partial(_with_ros, start, folder) if here else partial(_without_ros, start))
+    way = partial(_with_ros, start, folder) if ros_is_here() else partial(_without_ros, start)
+    return start.run(way)
 
 
 def _with_ros(start: Start, folder: Path) -> int:
     with start.stop.loading():
+        from bouncing_disk_ros.command_line.private_domain import use_private_domain
         from bouncing_disk_ros.nodes.demo.demo_bag import remove_old_bag
         from bouncing_disk_ros.nodes.demo.demo_node import DemoNode
         from bouncing_disk_ros.nodes.demo.demo_story import picture_of
@@ -48,7 +49,7 @@ def _with_ros(start: Start, folder: Path) -> int:
 
     picture_of(option_values(start.overrides, OPTIONS))  # what is wrong is refused before that
     remove_old_bag(folder)
-    export = environment.use_private_domain()
+    export = use_private_domain()
     with DemoNode.children(folder) as children:
         make = partial(DemoNode, OPTIONS, children, folder)
         present = partial(DemoNode.present, export=export)

@@ -1,4 +1,4 @@
-"""Replay a bag: its records of inputs and rows of impacts as streams for `run.replay_check`."""
+"""Replay a bag: its records of inputs and rows of impacts as streams for `run.replay`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from bouncing_disk_ros.report.recorded_runs import (
     Run,
 )
 from bouncing_disk_ros.run.input_replay import Watch
-from bouncing_disk_ros.run.replay_check import Replay, replay
+from bouncing_disk_ros.run.replay import Replay, replay
 from bouncing_disk_ros.topics import TOPICS
 
 

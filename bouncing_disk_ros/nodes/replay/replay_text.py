@@ -12,12 +12,12 @@ import bouncing_disk_ros
 from bouncing_disk_ros.errors import InputError, counted
 from bouncing_disk_ros.report.orbit import orbit_of
 from bouncing_disk_ros.run.input_replay import Gap
-from bouncing_disk_ros.run.what_if import SPEED_SECONDS, Changes, Trace, TwoRuns, what_if
 from bouncing_disk_ros.units import NS
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, ReplayedBag
-    from bouncing_disk_ros.run.replay_check import Replay
+    from bouncing_disk_ros.run.replay import Replay
+    from bouncing_disk_ros.run.what_if import Changes, Trace, TwoRuns
 
 
 def run_lines(number: int, run: Replay) -> list[str]:
@@ -75,6 +75,8 @@ def verdict(found: ReplayedBag) -> str:
 
 def comparison_lines(runs: TwoRuns, label: str) -> list[str]:
     """The recorded run and the changed one, which `label` names, beside each other."""
+    from bouncing_disk_ros.run.what_if import SPEED_SECONDS
+
     both = runs.first, runs.second
     rows = [
         ("", "recorded", label),
@@ -130,6 +132,8 @@ def compare(
 
     Raises InputError when `number` names no run of the bag that can be replayed, or is needed.
     """
+    from bouncing_disk_ros.run.what_if import what_if
+
     number = _chosen(found, number)
     end_ns = found.runs[number - 1].end_ns
     runs = what_if(recorded.run(number).records, changes, end_ns)

@@ -30,7 +30,7 @@ from bouncing_disk_ros.units import NS
 class CommandNode(Protocol):
     """What commands need of the simulator's node."""
 
-    def open_session(self, field: str) -> tuple[Session, Instant]:
+    def arrival(self, field: str) -> tuple[Session, Instant]:
         """The session that accepts inputs now, and the instant of arrival; else InputError."""
 
     def hold(self, topic: str, number: int | None, data: bytes, act: Callable[[], object]) -> bool:
@@ -121,7 +121,7 @@ class Commands:
     def accept(self, request: Request) -> bool:
         """Validate a request and apply it; False when it is refused."""
         try:
-            line, remark = apply_request(request, lambda: self._opened(request.field))
+            line, remark = apply_request(request, lambda: self._arrival(request.field))
         except InputError as error:
             self._target.refuse(error)
             return False
@@ -129,9 +129,9 @@ class Commands:
         self._target.publish_consequences()
         return True
 
-    def _opened(self, field: str) -> tuple[Session, Instant]:
+    def _arrival(self, field: str) -> tuple[Session, Instant]:
         """The session and the instant, unless too many inputs have not acted yet."""
-        session, instant = self._target.open_session(field)
+        session, instant = self._target.arrival(field)
         ahead = max(session.waiting, session.simulation.queued_impulses)
         if ahead >= INPUTS_AHEAD:
             given = f"a command behind {ahead} that have not acted yet"

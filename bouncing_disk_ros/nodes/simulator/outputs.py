@@ -1,4 +1,4 @@
-"""The topics that a simulator's node publishes: those of one run, and its diagnostics."""
+"""The topics of one run that a simulator's node publishes."""
 
 from __future__ import annotations
 
@@ -16,15 +16,11 @@ from bouncing_disk_ros.core.model import Sample
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.clocks import ClockClaim
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.ros import conversions
-from bouncing_disk_ros.ros.conversions import named_numbers_to_msg
-from bouncing_disk_ros.ros.diagnostics_publisher import DiagnosticsPublisher
+from bouncing_disk_ros.ros import to_messages
 from bouncing_disk_ros.ros.qos import publisher_of
 from bouncing_disk_ros.ros.transforms import Frames, TransformPublisher
-from bouncing_disk_ros.run.health import Health, Level, Reading, run_values
 from bouncing_disk_ros.run.input_records import Record, to_json
 from bouncing_disk_ros.run.session import Session
-from bouncing_disk_ros.run.throttled_log import RefusalLog, ThrottledLog
 from bouncing_disk_ros.run.time_map import TimeMap
 from bouncing_disk_ros.topics import MAX_ROWS
 from bouncing_disk_ros.units import NS
@@ -63,7 +59,7 @@ class Outputs:
         self._frames = Frames.of(values)
         self._transforms = TransformPublisher(node, values) if values["publish_tf"] else None
         self._publishers += self._transforms.publishers if self._transforms else []
-        self._joint_state = conversions.new_joint_state()
+        self._joint_state = to_messages.new_joint_state()
         self._shown_phase = ""
         self._phase_is_new = False
         self._shown_motion = -1
@@ -118,7 +114,7 @@ class Outputs:
     def sample(self, sample: Sample) -> None:
         """One message of joint_states."""
         stamp = self._stamp(sample.time_ns)
-        self._joint_states.publish(conversions.fill_joint_state(self._joint_state, sample, stamp))
+        self._joint_states.publish(to_messages.fill_joint_state(self._joint_state, sample, stamp))
         if self._transforms is not None:
             self._transforms.publish(sample, stamp)
         self._show_phase(sample.phase.name.lower())
@@ -128,14 +124,14 @@ class Outputs:
         """One message of disk/rotor_speed."""
         speeds = first.mean_speeds(second)
         stamp = self._stamp(second.time_ns)
-        self._speed.publish(conversions.speed_to_msg(speeds, stamp, self._frames.world))
+        self._speed.publish(to_messages.speed_to_msg(speeds, stamp, self._frames.world))
 
     def impacts(self, rows: NDArray[Any]) -> None:
         """Messages of disk/impacts, at most MAX_ROWS rows each, stamped with their last row."""
         for first in range(0, len(rows), MAX_ROWS):
             some = rows[first : first + MAX_ROWS]
             stamp = self._stamp(round(float(some["time"][-1]) * NS))
-            self._impacts.publish(conversions.impacts_to_msg(some, stamp, self._frames.impacts))
+            self._impacts.publish(to_messages.impacts_to_msg(some, stamp, self._frames.impacts))
 
     def state(self, session: Session, running: bool) -> None:
         """What is published when it changed (motion, phase), and the clock."""
@@ -145,11 +141,11 @@ class Outputs:
             self._shown_motion = simulation.motion_index
             motion = simulation.motion_in_force
             stamp = self._times.to_ros(motion.begin_ns)
-            self._motion.publish(conversions.motion_to_msg(motion, stamp, self._frames.world))
+            self._motion.publish(to_messages.motion_to_msg(motion, stamp, self._frames.world))
         if simulation.offset_index != self._shown_offset:
             self._shown_offset = simulation.offset_index
             stamp = self._times.to_ros(simulation.offset_begin_ns)
-            self._offset.publish(conversions.offset_to_msg(simulation, stamp, self._frames.world))
+            self._offset.publish(to_messages.offset_to_msg(simulation, stamp, self._frames.world))
         if not running:
             self._show_phase("paused")
         elif not self._phase_is_new:  # no sample since the last call
@@ -171,7 +167,7 @@ class Outputs:
             self.clock_is_lost()  # who was started together is to be heard of before each message
         if claim is None or not claim.is_silent:
             self._clock_ns = now_ns
-            self._clock.publish(Clock(clock=conversions.ns_to_time(now_ns)))
+            self._clock.publish(Clock(clock=to_messages.ns_to_time(now_ns)))
 
     def _show_phase(self, phase: str) -> None:
         if phase != self._shown_phase:
@@ -186,61 +182,3 @@ class Outputs:
     def other_publishers(self) -> int:
         """How many other publishers platform/motion has."""
         return max(0, self._node.count_publishers(self._motion.topic_name) - 1)
-
-
-# ------------------------------------------------------------------------------------------------
-# /diagnostics of the simulator: the health report once a second; refusals, counted and logged.
-
-
-class Diagnostics:
-    """Publishes the health report of a run, and logs what has changed in it."""
-
-    def __init__(self, node: Node) -> None:
-        self._node = node
-        self._health = Health()
-        logger = node.get_logger()
-        self._refusals = RefusalLog(logger.warning)
-        # rclpy wants a line of source of its own for each severity
-        self._accepted = ThrottledLog(lambda line: logger.info(line))
-        self._remarks = ThrottledLog(lambda line: logger.warning(line))
-        self._levels: dict[str, Level] = {}
-        self._publisher = DiagnosticsPublisher(node)
-        self._run_state = publisher_of(node, "disk/run_state")
-
-    def refuse(self, error: InputError) -> None:
-        """Count a refused input; log it unless its reason was on the log a moment ago."""
-        self._health.refuse(error)
-        self._refusals.note(error)
-
-    def log_accepted(self, field: str, line: str, remark: str = "") -> None:
-        """Log an accepted input unless one of its kind was on the log a moment ago."""
-        if remark:
-            self._remarks.note(field, lambda: f"accepted: {field}: {line}; {remark}")
-        else:
-            self._accepted.note(field, lambda: f"accepted: {field}: {line}")
-
-    def publish(
-        self, reading: Reading, lateness: Mapping[str, float], stamp_ns: int | None = None
-    ) -> None:
-        """Publish the report on a reading, and log each task whose level has changed.
-
-        `stamp_ns`: of disk/run_state where time is simulated; None: now.
-        """
-        for lines in (self._refusals, self._accepted, self._remarks):
-            lines.flush()
-        report = self._health.report(reading, lateness)
-        self._publisher.publish(report)
-        stamp = self._node.get_clock().now().nanoseconds if stamp_ns is None else stamp_ns
-        values = run_values(reading, self._health.refused)
-        self._run_state.publish(named_numbers_to_msg(values, stamp))
-        for status in report:
-            if self._levels.get(status.task, Level.OK) == status.level:
-                continue
-            self._levels[status.task] = status.level
-            line = f"{status.task}: {status.message}"
-            if status.level == Level.OK:  # rclpy wants a line of its own for each severity
-                self._node.get_logger().info(line)
-            elif status.level == Level.WARN:
-                self._node.get_logger().warning(line)
-            else:
-                self._node.get_logger().error(line)

@@ -17,8 +17,9 @@ from std_srvs.srv import SetBool, Trigger
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.clocks import TickTimer
 from bouncing_disk_ros.nodes.simulator.commands import Commands
+from bouncing_disk_ros.nodes.simulator.diagnostics import Diagnostics
 from bouncing_disk_ros.nodes.simulator.gate_topics import GateTopics
-from bouncing_disk_ros.nodes.simulator.outputs import Diagnostics, Outputs, second_clock
+from bouncing_disk_ros.nodes.simulator.outputs import Outputs, second_clock
 from bouncing_disk_ros.nodes.simulator.standard_services import StandardServices, installed_types
 from bouncing_disk_ros.parameters import Value, items_of
 from bouncing_disk_ros.ros.requests import guard_services
@@ -252,9 +253,9 @@ class SimulatorNode(LifecycleNode):
         return replace(reading, lost=lost, uncertain=uncertain, other_publishers=others)
 
     # --- inputs -----------------------------------------------------------------------------------
-    def open_session(self, field: str) -> tuple[Session, Instant]:
+    def arrival(self, field: str) -> tuple[Session, Instant]:
         """The session that accepts inputs now, and the instant of arrival; else InputError."""
-        return self._current(field).open(field)
+        return self._current(field).arrival(field)
 
     def _current(self, field: str) -> RunControl:
         if self.run is None:

@@ -18,7 +18,7 @@ from rclpy.task import Future
 
 from bouncing_disk_ros.core.model import Disk, Phase, Sample
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.ros.conversions import ns_to_time
+from bouncing_disk_ros.ros.to_messages import ns_to_time
 from bouncing_disk_ros.ros.transforms import Frames
 from bouncing_disk_ros.run.command_validation import ImpulseRequest
 

@@ -12,9 +12,9 @@ import xarray as xr
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractors import Attractors
 from bouncing_disk_ros.maps.basin_labels import label_starts
-from bouncing_disk_ros.maps.label_maps import UNRESOLVED, centres
-from bouncing_disk_ros.maps.labelled_window import label_plane
+from bouncing_disk_ros.maps.basin_measures import UNRESOLVED, centres
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit
+from bouncing_disk_ros.maps.window_basins import label_plane
 from bouncing_disk_ros.orbit_studies.edge_states import boundary_pairs, edge_states
 from bouncing_disk_ros.orbit_studies.manifold_growth import (
     GrowthRule,

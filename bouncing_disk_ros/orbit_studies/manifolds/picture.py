@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from bouncing_disk_ros.colours import BLACK, BLUE, VERMILION
-from bouncing_disk_ros.maps.label_maps import downsample
+from bouncing_disk_ros.maps.basin_measures import downsample
 from bouncing_disk_ros.matplotlib_figures import MOST_PIXELS, new_figure
 from bouncing_disk_ros.study.basins.picture import frame, label_axes, title_of
 

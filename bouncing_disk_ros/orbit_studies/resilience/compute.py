@@ -11,8 +11,8 @@ import xarray as xr
 from bouncing_disk_ros.angles import numbers_of
 from bouncing_disk_ros.errors import InputError, one_of
 from bouncing_disk_ros.maps.attractors import refuse_conservative
-from bouncing_disk_ros.maps.labelled_window import IN_CONTACT, label_window
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+from bouncing_disk_ros.maps.window_basins import IN_CONTACT, label_window
 from bouncing_disk_ros.orbit_studies import NO_ROTATION
 from bouncing_disk_ros.orbit_studies.fatal_changes import FatalRule
 from bouncing_disk_ros.orbit_studies.resilience.measures import measure

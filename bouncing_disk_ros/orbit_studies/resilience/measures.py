@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind
-from bouncing_disk_ros.maps.labelled_window import Labelled
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+from bouncing_disk_ros.maps.window_basins import Labelled
 from bouncing_disk_ros.orbit_studies.fatal_changes import (
     FatalRule,
     fatal_impulses,

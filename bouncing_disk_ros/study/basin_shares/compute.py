@@ -20,10 +20,10 @@ from bouncing_disk_ros.maps.attractors import (
     Attractors,
     refuse_conservative,
 )
+from bouncing_disk_ros.maps.basin_measures import UNRESOLVED, shares
 from bouncing_disk_ros.maps.best_lag import best_lag
-from bouncing_disk_ros.maps.label_maps import UNRESOLVED, shares
-from bouncing_disk_ros.maps.labelled_window import IN_CONTACT, Labelled, label_window
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+from bouncing_disk_ros.maps.window_basins import IN_CONTACT, Labelled, label_window
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.attractor_lines import (
     FLAGS,

@@ -23,7 +23,7 @@ from bouncing_disk_ros.maps.attractors import (
     refuse_conservative,
 )
 from bouncing_disk_ros.maps.basin_labels import Floats, LabelRule
-from bouncing_disk_ros.maps.label_maps import (
+from bouncing_disk_ros.maps.basin_measures import (
     PIXELS,
     UNRESOLVED,
     LabelMap,
@@ -35,9 +35,9 @@ from bouncing_disk_ros.maps.label_maps import (
     uncertainty_exponent,
     unresolved_fraction,
 )
-from bouncing_disk_ros.maps.labelled_window import label_plane
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.settled_speed import settled_speeds
+from bouncing_disk_ros.maps.window_basins import label_plane
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.computation import (
     Arrays,

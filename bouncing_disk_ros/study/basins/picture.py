@@ -19,7 +19,7 @@ from bouncing_disk_ros.colours import (
     VERMILION,
     attractor_colors,
 )
-from bouncing_disk_ros.maps.label_maps import downsample
+from bouncing_disk_ros.maps.basin_measures import downsample
 from bouncing_disk_ros.matplotlib_figures import (
     MOST_PIXELS,
     mark_in_pi,

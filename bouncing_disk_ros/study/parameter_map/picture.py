@@ -24,7 +24,7 @@ from bouncing_disk_ros.colours import (
     VERMILION,
     YELLOW,
 )
-from bouncing_disk_ros.maps.label_maps import downsample
+from bouncing_disk_ros.maps.basin_measures import downsample
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 from bouncing_disk_ros.matplotlib_figures import (
     MOST_PIXELS,

@@ -15,6 +15,7 @@ from numba.core.errors import TypingError
 from numba.core.types.functions import BaseFunction
 
 from bouncing_disk_ros.core import arithmetic as arithmetic_kernels
+from bouncing_disk_ros.core import compilation
 from support.kernels import Kernels
 
 arithmetic = Kernels(arithmetic_kernels)
@@ -56,16 +57,16 @@ def test_arccosine_inverts_the_cosine(c: float) -> None:
 
 def test_an_inlined_kernel_that_returns_an_array_is_refused() -> None:
     """It does not count who holds the array: memory in use would be freed."""
-    returns_pair: Any = arithmetic_kernels.kernel(lambda table: (1.0, table))
+    returns_pair: Any = compilation.kernel(lambda table: (1.0, table))
     with pytest.raises(TypeError, match="declare it as rare_kernel"):
         returns_pair.compile((types.float64[::1],))
-    returns_number: Any = arithmetic_kernels.kernel(lambda table: table[0])
+    returns_number: Any = compilation.kernel(lambda table: table[0])
     returns_number.compile((types.float64[::1],))
 
 
 def test_a_failed_compilation_leaves_numba_as_it_was() -> None:
     find = BaseFunction.get_call_type
     with pytest.raises(TypingError):
-        arithmetic_kernels.entry(types.float64(types.float64))(lambda x: x.unknown)
+        compilation.entry(types.float64(types.float64))(lambda x: x.unknown)
     assert BaseFunction.get_call_type is find
     assert gc.isenabled()

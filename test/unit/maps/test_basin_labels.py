@@ -12,7 +12,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors
 from bouncing_disk_ros.maps.basin_labels import LabelRule, impacts_needed, label_starts
-from bouncing_disk_ros.maps.label_maps import UNRESOLVED, shares
+from bouncing_disk_ros.maps.basin_measures import UNRESOLVED, shares
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 
 

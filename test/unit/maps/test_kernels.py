@@ -19,7 +19,7 @@ from numba import types
 from numba.core.dispatcher import Dispatcher
 
 import bouncing_disk_ros
-from bouncing_disk_ros.core import arithmetic
+from bouncing_disk_ros.core import compilation
 
 PACKAGE = Path(bouncing_disk_ros.__file__).parent
 PACKAGES = ("maps", "core", "motor_study", "juggling.kernels", "measured.kernels")
@@ -40,7 +40,7 @@ def test_every_kernel_releases_the_lock_has_no_threads_and_fuses_only_where_it_s
     found = dict(kernels())
     # the walk finds what the studies and the simulator call
     for name in (
-        "label_lanes._label_lanes",
+        "basin_labels._label_lanes",
         "lanes.axial_lanes._iterate_axial",
         "engine.advance",
     ):
@@ -60,7 +60,7 @@ def test_two_files_compile_for_all() -> None:
     ways = re.compile(r"n?jit\b|jitable|prange|vectorize|stencil|\bcfunc\b|import numba\b")
     files = PACKAGE.rglob("*.py")
     found = {file.name for file in files if ways.search(file.read_text("utf-8"))}
-    assert found == {"arithmetic.py", "lane_basics.py"}
+    assert found == {"compilation.py", "lane_basics.py"}
 
 
 LOADED = """
@@ -83,12 +83,12 @@ def test_a_start_loads_no_kernel_that_only_kernels_call(warm_kernels: None) -> N
     assert done.stdout == "[]\n[]\n"
 
 
-@arithmetic.rare_kernel
+@compilation.rare_kernel
 def a_cube(x: float, n: int) -> float:
     return n * x * x * x
 
 
-@arithmetic.kernel
+@compilation.kernel
 def two_cubes(x: float) -> float:
     return float(a_cube(x, 1) + a_cube(x, 2))
 

@@ -27,6 +27,7 @@ from bouncing_disk_ros.measured.reading import recording_of
 from bouncing_disk_ros.measured.sequence import Chain, chain_of
 from bouncing_disk_ros.measured.settled_flights import periods_of, told_by
 from bouncing_disk_ros.measured.starts import first_values
+from bouncing_disk_ros.report.report_files import mark_of
 from bouncing_disk_ros.study.by_name import definition_of
 from bouncing_disk_ros.study.from_run import of_preset, wanted
 from reference.cases import examples
@@ -930,6 +931,22 @@ def test_lines_before_the_names_are_left_out(tmp_path: Path) -> None:
     file.write_text("hits\nO.3\n0.5\n0.7\n0.8\n")  # no name that is known: no time is lost
     with pytest.raises(InputError, match=r"'O\.3' in line 1"):
         fit_impacts(file)
+
+
+def test_files_of_another_executable_are_not_overwritten(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    times, page = tmp_path / "times.txt", tmp_path / "times_fit.html"
+    times.write_text("0.3\n0.75\n1.0875\n1.3406\n1.5305\n1.6729\n")
+    words = [str(times), "--ros-args", "-p", "figures:=none"]
+    page.write_text(f'<meta name="generator" content="{mark_of("bag_report")}">')
+    assert executable.main(words) == 2
+    assert "a new file, or one that fit_impacts has made" in capsys.readouterr().err
+    assert len(page.read_text()) < 100
+    page.unlink()
+    for _ in range(2):  # the second replaces what the first has made
+        assert executable.main(words) == 0
+    assert f'content="{mark_of("fit_impacts")}"' in page.read_text("utf-8")
 
 
 def test_what_cannot_be_fitted_is_one_line_and_nothing_is_written(

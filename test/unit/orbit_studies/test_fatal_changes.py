@@ -11,8 +11,8 @@ from bouncing_disk_ros import simulate
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
-from bouncing_disk_ros.maps.labelled_window import IN_CONTACT, label_window, window_axes
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
+from bouncing_disk_ros.maps.window_basins import IN_CONTACT, label_window, window_axes
 from bouncing_disk_ros.orbit_studies.fatal_changes import (
     LOST,
     SURVIVED,

@@ -13,7 +13,8 @@ from bouncing_disk_ros.core.offset import QUINTIC, Knot, OffsetState
 from bouncing_disk_ros.errors import ExitCode, InputError
 from bouncing_disk_ros.proof import event_proof as proof
 from bouncing_disk_ros.proof.bag_proof import prove_bag
-from bouncing_disk_ros.proof.exact_records import Event, Outcome, Verdict
+from bouncing_disk_ros.proof.exact_records import Event
+from bouncing_disk_ros.proof.verdicts import Outcome, Verdict
 from bouncing_disk_ros.report.bag_report import with_options
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.trajectory_validation import Splice

@@ -14,7 +14,8 @@ from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Phase
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.proof.event_proof import prove
 from bouncing_disk_ros.proof.event_trace import trace
-from bouncing_disk_ros.proof.exact_records import Event, Kind, Outcome
+from bouncing_disk_ros.proof.exact_records import Event, Kind
+from bouncing_disk_ros.proof.verdicts import Outcome
 
 NS = 1_000_000_000
 NAMES = {

@@ -13,14 +13,8 @@ from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Phase
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.proof.event_proof import prove
 from bouncing_disk_ros.proof.event_trace import trace
-from bouncing_disk_ros.proof.exact_records import (
-    DiskRecord,
-    Event,
-    Kind,
-    MotionRecord,
-    Outcome,
-    State,
-)
+from bouncing_disk_ros.proof.exact_records import DiskRecord, Event, Kind, MotionRecord, State
+from bouncing_disk_ros.proof.verdicts import Outcome
 
 FREE = State(0, 0.0, 0, 0.0, Phase.FLIGHT, 0.0, 0.0, 0.0, 0.0)
 STILL = MotionRecord(False, 0, 2**63 - 1, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)

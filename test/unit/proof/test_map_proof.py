@@ -12,7 +12,7 @@ from bouncing_disk_ros.maps.lanes.axial_lanes import (
     COUNT_RESTS,
     iterate_axial,
 )
-from bouncing_disk_ros.proof.exact_records import Outcome
+from bouncing_disk_ros.proof.verdicts import Outcome
 from support.map_proof import Collision, MapKind, prove_collision
 
 

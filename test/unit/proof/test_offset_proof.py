@@ -11,15 +11,9 @@ from flint import arb
 from bouncing_disk_ros.core.model import Phase
 from bouncing_disk_ros.proof.event_proof import prove
 from bouncing_disk_ros.proof.event_trace import trace
-from bouncing_disk_ros.proof.exact_records import (
-    Event,
-    Kind,
-    MotionRecord,
-    OffsetPiece,
-    Outcome,
-    State,
-)
+from bouncing_disk_ros.proof.exact_records import Event, Kind, MotionRecord, OffsetPiece, State
 from bouncing_disk_ros.proof.platforms import platform_of
+from bouncing_disk_ros.proof.verdicts import Outcome
 from reference.offset_path import Piece
 from support.offset_runs import random_run
 

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from bouncing_disk_ros.report.panel import Panel, series
 from bouncing_disk_ros.report.panel_page import save_page
 from bouncing_disk_ros.report.read_run import WANTED
-from bouncing_disk_ros.report.report_files import MARK
+from bouncing_disk_ros.report.report_files import mark_of
 from bouncing_disk_ros.report.report_html import MOST_POINTS, report_html
 from bouncing_disk_ros.report.report_panels import panels, report_page
 from bouncing_disk_ros.report.run_record import UNKNOWN_DISK, RecordSource, RunRecord
@@ -107,7 +107,7 @@ def test_the_page_has_every_part_and_fetches_nothing(report: Report) -> None:
     assert "<title>run &amp; &lt;1&gt; $5$: report</title>" in text
     assert page.fetched == []
     assert 1_000_000 < len(text) < 2_000_000, "BokehJS is part of it, and little else"
-    assert page.generator == MARK
+    assert page.generator == mark_of("bag_report")
     assert page.plots == [f"plot_{place}" for place in range(len(PANELS))]
     assert "period-1" in page.words
     assert "in force 0.5" in page.words
@@ -150,9 +150,9 @@ def figure(report: Report) -> Figure:
 def test_figures_are_marked_as_ours(tmp_path: Path) -> None:
     empty = report_page(report_of(RunRecord(UNKNOWN_DISK), RecordSource("empty")))
     for kind in ("png", "svg", "pdf"):
-        save_page(empty, tmp_path / f"page.{kind}")
+        save_page(empty, tmp_path / f"page.{kind}", "fit_impacts")
         data = (tmp_path / f"page.{kind}").read_bytes()
-        assert MARK.encode() in data, kind
+        assert mark_of("fit_impacts").encode() in data, kind
         assert len(data) > 5_000, kind
 
 

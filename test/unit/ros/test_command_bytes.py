@@ -20,8 +20,8 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import COMMAND_BYTES, COMMAND_NAMES, COMMAND_POINTS
-from bouncing_disk_ros.ros import conversions as c
 from bouncing_disk_ros.ros import from_messages
+from bouncing_disk_ros.ros import to_messages as c
 from bouncing_disk_ros.ros.command_bytes import (
     impulse_from_bytes,
     programme_from_bytes,

@@ -134,7 +134,7 @@ def test_at_gates_snapshots_go_by_simulated_time_and_stamps_by_the_line(clock: C
     line = run.times
     run.pause(True)
     clock.now_ns += 100 * NS
-    _, arrival = run.open("an input")
+    _, arrival = run.arrival("an input")
     assert arrival.times == line
 
 
@@ -159,7 +159,7 @@ def test_a_long_step_goes_on_as_it_began(clock: Clock, first: str, other: str) -
     assert "under way" in run.step(2)
     values["step_until"] = other
     for _ in range(60):
-        if run.stepping and gates.is_open:
+        if run.stepping and gates.is_closed:
             gates.answer([1, gates.number, 0])
         run.tick(clock.now_ns)
     assert not run.stepping

@@ -20,7 +20,7 @@ TIMEOUT = 100
 
 def gates(*controllers: int, publishers: Callable[[], int] = lambda: 2) -> Gates:
     made = Gates(controllers, TIMEOUT, publishers)
-    made.open(0)
+    made.close(0)
     return made
 
 
@@ -60,7 +60,7 @@ def test_a_gate_goes_through_its_states_and_says_what_it_waits_for() -> None:
     made = Gates((1, 2), TIMEOUT, lambda: 2)
     one, two = Sender(made, 1), Sender(made, 2)
     assert (made.state, made.waiting) == (State.MOVING, "")
-    made.open(0)
+    made.close(0)
     assert made.waiting == "gate 0: no answer of controllers 1 and 2"
     one.answer(2)
     assert (made.state, made.waiting) == (State.ASKED, "gate 0: no answer of controller 2")
@@ -71,7 +71,7 @@ def test_a_gate_goes_through_its_states_and_says_what_it_waits_for() -> None:
     two.send()
     one.send()
     assert (made.state, made.waiting) == (State.COMPLETE, "")
-    assert len(made.close()) == 3
+    assert len(made.open()) == 3
     assert made.state is State.MOVING
 
 
@@ -82,9 +82,9 @@ def test_an_answer_may_come_before_its_inputs_and_the_inputs_before_the_gate() -
     assert made.state is State.COUNTING
     one.send()
     assert made.is_complete
-    made.close()
+    made.open()
     one.send()
-    made.open(0)
+    made.close(0)
     one.answer(1)
     assert made.is_complete
 
@@ -140,8 +140,8 @@ def test_a_controller_killed_before_its_answer_leaves_no_input() -> None:
         for _ in range(3):
             first.send()
             first.answer(1)
-            made.close()
-            made.open(0)
+            made.open()
+            made.close(0)
         for _ in range(killed_after):
             first.send()
         second = Sender(made, 1, name="new")
@@ -149,7 +149,7 @@ def test_a_controller_killed_before_its_answer_leaves_no_input() -> None:
             second.send()
         assert second.answer(resent) == [b"old"] * killed_after
         assert made.is_complete
-        assert [one.data for one in made.close()] == [b"new"] * resent
+        assert [one.data for one in made.open()] == [b"new"] * resent
 
 
 def test_a_controller_killed_after_its_answer_is_replaced_with_it() -> None:
@@ -163,27 +163,27 @@ def test_a_controller_killed_after_its_answer_is_replaced_with_it() -> None:
     other.answer(0)
     made.drop_predecessors()
     assert made.is_complete
-    assert [one.data for one in made.close()] == [b"new"]
+    assert [one.data for one in made.open()] == [b"new"]
 
 
 def test_of_two_controllers_one_that_is_killed_leaves_the_inputs_of_the_other() -> None:
     made = gates(1, 2)
     first, other = Sender(made, 1, name="old"), Sender(made, 2, topic="b", name="other")
     first.answer(0), other.answer(0)
-    made.close(), made.open(0)
+    made.open(), made.close(0)
     first.send(), other.send(), other.answer(1)
     second = Sender(made, 1, name="new")
     second.send()
     assert second.answer(1) == [b"old"]
     assert made.is_complete
-    assert [one.data for one in made.close()] == [b"new", b"other"]
+    assert [one.data for one in made.open()] == [b"new", b"other"]
 
 
 def test_where_it_is_in_doubt_whose_an_input_is_time_stands_and_the_surplus_is_named() -> None:
     made = gates(1, 2)
     first, other = Sender(made, 1, name="old"), Sender(made, 2, name="other")  # on one topic
     first.answer(0), other.answer(0)
-    made.close(), made.open(0)
+    made.open(), made.close(0)
     other.send(), other.answer(1), first.send()
     second = Sender(made, 1, name="new")
     second.send()
@@ -202,11 +202,11 @@ def test_a_reset_ends_any_wait_for_inputs() -> None:
     one, two = Sender(made, 1), Sender(made, 2)
     one.send(), one.answer(2), two.send()  # one input on its way, another not announced yet
     assert len(made.refuse_all()) == 2
-    made.open(0)
+    made.close(0)
     one.send()  # which was on its way
     one.answer(0), two.answer(1)
     assert made.is_complete
-    assert len(made.close()) == 1
+    assert len(made.open()) == 1
 
 
 def test_a_gate_that_replaces_one_has_what_came_there() -> None:
@@ -214,11 +214,11 @@ def test_a_gate_that_replaces_one_has_what_came_there() -> None:
     made = gates(1, 2)
     one, two = Sender(made, 1), Sender(made, 2)
     one.send(), one.answer(1)
-    made.open(0, rows=1)
+    made.close(0, rows=1)
     one.send()
     one.answer(1), two.answer(0)
     assert made.is_complete
-    assert len(made.close()) == 2
+    assert len(made.open()) == 2
 
 
 # --- two that answer as one -----------------------------------------------------------------------
@@ -229,13 +229,13 @@ def test_two_publishers_that_answer_as_one_controller_are_named(begin: int) -> N
     first, second = Sender(made, 1), Sender(made, 1)
     for _ in range(begin):
         first.answer(0)
-        made.close(), made.open(0)
+        made.open(), made.close(0)
     for _ in range(3):
         gate = made.number
         for one in (first, second):
             one.answer(0, gate)
             if made.is_complete:
-                made.close(), made.open(0)
+                made.open(), made.close(0)
     assert made.state is State.DOUBLED
     assert made.waiting.endswith("two publishers answer as controller 1: end one of them")
     assert not made.look(1)
@@ -257,7 +257,7 @@ def test_a_controller_that_is_started_again_and_again_is_no_second_one() -> None
                 senders[k] = Sender(made, k + 1)
             senders[k].answer(0)
         assert made.is_complete
-        made.close(), made.open(0)
+        made.open(), made.close(0)
 
 
 def test_an_answer_by_hand_is_no_second_controller() -> None:
@@ -265,9 +265,9 @@ def test_an_answer_by_hand_is_no_second_controller() -> None:
     one = Sender(made, 1)
     for _ in range(3):
         one.answer(0)
-        made.close(), made.open(0)
+        made.open(), made.close(0)
     Sender(made, 1).answer(0)  # it has left when the controller answers again
-    made.close(), made.open(0)
+    made.open(), made.close(0)
     one.answer(0)
     assert made.is_complete
 
@@ -286,7 +286,7 @@ def test_the_order_of_arrival_does_not_matter() -> None:
 
         for one in order:
             made.hold(*one, act(one))
-        for held in made.close():
+        for held in made.open():
             held.act()
         assert done == [("a", 1, b"x"), ("a", 1, b"y"), ("a", 2, b"x"), ("b", 1, b"x")]
 
@@ -299,7 +299,7 @@ def test_a_restarted_controller_has_the_turn_that_it_would_have_had() -> None:
         for k in range(3):
             made.hold("a", begin + k, f"one {k}".encode(), nothing)
             made.hold("a", other + k, f"two {k}".encode(), nothing)
-        found.append([one.data.decode() for one in made.close()])
+        found.append([one.data.decode() for one in made.open()])
     assert found == [["one 0", "two 0", "one 1", "two 1", "one 2", "two 2"]] * 4
 
 
@@ -312,7 +312,7 @@ def test_one_input_of_each_controller_has_the_same_order_where_counts_meet(begin
     made.answer([1, 0, 1])
     made.answer([2, 0, 1])
     assert made.is_complete
-    assert [one.data for one in made.close()] == [b"a", b"x"]
+    assert [one.data for one in made.open()] == [b"a", b"x"]
 
 
 def test_without_numbers_of_the_middleware_the_order_is_that_of_arrival() -> None:
@@ -321,7 +321,7 @@ def test_without_numbers_of_the_middleware_the_order_is_that_of_arrival() -> Non
         made.hold("a", None, data, nothing)
     made.answer([1, 0, 3])
     assert made.is_complete
-    assert [one.data for one in made.close()] == [b"z", b"y", b"x"]
+    assert [one.data for one in made.open()] == [b"z", b"y", b"x"]
 
 
 # --- what is refused ------------------------------------------------------------------------------
@@ -349,7 +349,7 @@ def test_an_answer_to_an_earlier_gate_changes_nothing() -> None:
     made = gates(1)
     one = Sender(made, 1)
     one.answer(0)
-    made.close(), made.open(0)
+    made.open(), made.close(0)
     one.answer(0, gate=0)
     assert made.state is State.ASKED
 
@@ -360,8 +360,8 @@ def test_inputs_beyond_a_limit_are_refused_before_they_are_kept_and_counted() ->
         made.hold("a", k, b"", nothing)
     with pytest.raises(InputError, match=f"at most {GATE_INPUTS}"):
         made.hold("a", GATE_INPUTS + 1, b"", nothing)
-    assert len(made.close()) == GATE_INPUTS
-    made.open(0)
+    assert len(made.open()) == GATE_INPUTS
+    made.close(0)
     with pytest.raises(InputError, match="100001 bytes', allowed: at most 100000"):
         made.hold("a", 1, bytes(100_001), nothing)
     big = bytes(100_000)

@@ -13,9 +13,9 @@ import psutil
 import pytest
 import xarray as xr
 
-from bouncing_disk_ros.command_line.environment import NICENESS
 from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.niceness import NICENESS
 from bouncing_disk_ros.study import (
     Arrays,
     Progress,

@@ -8,12 +8,11 @@ import pytest
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractors import numbered
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
-from bouncing_disk_ros.parameters import DEFAULTS
+from bouncing_disk_ros.parameters import DEFAULTS, amplitude_of
 from bouncing_disk_ros.study.basins.compute import Basins, from_arrays
 from bouncing_disk_ros.study.basins.options import DEFINITION as BASINS
 from bouncing_disk_ros.workbench import basin_pane
 from bouncing_disk_ros.workbench.basin_pane import COARSE, label_of, view
-from bouncing_disk_ros.workbench.control_pane import amplitude_of
 from bouncing_disk_ros.workbench.start_plane import (
     NOT_DECIDED,
     Window,

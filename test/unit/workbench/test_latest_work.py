@@ -7,8 +7,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from bouncing_disk_ros.workbench.computed_pane import on_next_tick
 from bouncing_disk_ros.workbench.latest_work import IsObsolete, LatestWork
+from bouncing_disk_ros.workbench.tab import on_next_tick
 
 PATIENCE = 60.0
 

@@ -39,7 +39,6 @@ from bouncing_disk_ros.workbench.actions import (
 )
 from bouncing_disk_ros.workbench.address import read
 from bouncing_disk_ros.workbench.bag_link import BagLink
-from bouncing_disk_ros.workbench.computed_pane import ComputedPane
 from bouncing_disk_ros.workbench.control_pane import (
     DISK_CONTROLS,
     FORCING,
@@ -49,6 +48,7 @@ from bouncing_disk_ros.workbench.control_pane import (
 from bouncing_disk_ros.workbench.page import TABS, TEXT_EVERY, Page, Pages, TabRow
 from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE, numbers
 from bouncing_disk_ros.workbench.scene_table import SCENES
+from bouncing_disk_ros.workbench.tab import TabPane
 from support.page_link import ListLink, change, click, model
 from support.recorded import period_one_bag
 
@@ -498,7 +498,7 @@ def test_a_wrong_address_changes_nothing(link: ListLink, wrong: dict[str, str], 
     assert "restitution" not in address_of(document), "it has its default"
 
 
-class ToyPane(ComputedPane):
+class ToyPane(TabPane):
     def __init__(self, values: Callable[[], Any], send: Callable[[Any], None]) -> None:
         super().__init__()
         self.layout = Div(text="", name="toy")
@@ -536,4 +536,4 @@ def test_each_line_of_tabs_names_a_pane() -> None:
     for tab in TABS:
         module, name = tab.pane.split(".")
         place = import_module(f"{page_module.__package__}.{module}")
-        assert issubclass(getattr(place, name), ComputedPane)
+        assert issubclass(getattr(place, name), TabPane)

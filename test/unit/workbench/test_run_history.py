@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from std_msgs.msg import String
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind, Motion, MotionInForce
-from bouncing_disk_ros.ros.conversions import impacts_to_msg
+from bouncing_disk_ros.ros.to_messages import impacts_to_msg
 from bouncing_disk_ros.units import NS
 from bouncing_disk_ros.workbench.history_reader import HistoryReader
 from bouncing_disk_ros.workbench.run_history import KEPT_CHANGES, SAMPLE_DTYPE, RunHistory, Timeline

@@ -18,13 +18,13 @@ from bouncing_disk_ros.maps.axial_map import (
     ORBIT_W,
     axial_orbit,
 )
-from bouncing_disk_ros.maps.label_maps import UNRESOLVED
-from bouncing_disk_ros.maps.lanes.label_lanes import (
+from bouncing_disk_ros.maps.basin_labels import (
     LaneRule,
     StartLabels,
     known_points,
     label_lanes,
 )
+from bouncing_disk_ros.maps.basin_measures import UNRESOLVED
 
 Floats = NDArray[np.float64]
 CONTACT, REST = 7, 9

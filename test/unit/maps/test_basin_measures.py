@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps import label_maps
-from bouncing_disk_ros.maps.label_maps import (
+from bouncing_disk_ros.maps import basin_measures
+from bouncing_disk_ros.maps.basin_measures import (
     basin_entropy,
     box_dimension,
     shares,
@@ -79,8 +79,8 @@ def test_strips_change_nothing(seed: int, rows: int, columns: int, periodic: boo
     with pytest.MonkeyPatch.context() as patch:
         whole = measured()
         for pixels in (1, 7 * columns, rows * columns // 2):
-            patch.setattr(label_maps, "PIXELS", pixels)
+            patch.setattr(basin_measures, "PIXELS", pixels)
             assert measured() == whole
-            patch.setattr(label_maps, "_NEAR", pixels)
+            patch.setattr(basin_measures, "_NEAR", pixels)
             assert measured() == whole
     assert unresolved_fraction(labels) == np.mean(labels == -1)

@@ -1,4 +1,4 @@
-"""A pane of the page whose figure threads compute: what panes of maps have in common."""
+"""What the panes in tabs beside that of the run have in common: threads compute their figures."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def on_next_tick(document: Any, callback: Callable[[], None]) -> None:
         document.add_next_tick_callback(callback)
 
 
-class ComputedPane(ABC):
+class TabPane(ABC):
     """Asks for its figure once after any number of changes of ranges, width or parameters.
 
     Attribute `layout` is set by the pane, which begins to compute once a browser shows it. All

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.maps.absorbing_region import AbsorbingRegion
 from bouncing_disk_ros.maps.attractor_search import missed_attractors, window_attractors
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind, Attractors
 from bouncing_disk_ros.maps.axial_iteration import iterate_forwards
 from bouncing_disk_ros.maps.axial_map import ORBIT_DELAY, ORBIT_TAU, ORBIT_W, axial_orbit
-from bouncing_disk_ros.maps.basin_labels import Floats, LabelRule, label_starts
-from bouncing_disk_ros.maps.label_maps import UNRESOLVED, centres
-from bouncing_disk_ros.maps.lanes.label_lanes import StartLabels
+from bouncing_disk_ros.maps.basin_labels import Floats, LabelRule, StartLabels, label_starts
+from bouncing_disk_ros.maps.basin_measures import UNRESOLVED, centres
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
+
+if TYPE_CHECKING:
+    from bouncing_disk_ros.maps.absorbing_region import AbsorbingRegion
 
 IN_CONTACT = -2
 """Label of a start that comes to contact, before it is said where contact leads."""

@@ -13,7 +13,7 @@ from bouncing_disk_ros.core.model import IMPACT_DTYPE, Phase, join_rows
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.input_records import from_json, to_json
 from bouncing_disk_ros.run.presets import load_preset
-from bouncing_disk_ros.run.replay_check import replay
+from bouncing_disk_ros.run.replay import replay
 from bouncing_disk_ros.units import NS
 from support.driven import Driven, Record, flipped
 

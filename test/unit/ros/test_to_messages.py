@@ -16,8 +16,8 @@ from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion, MotionInForce, Phase, Sample
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.ros import conversions as c
 from bouncing_disk_ros.ros import from_messages
+from bouncing_disk_ros.ros import to_messages as c
 from bouncing_disk_ros.units import NS
 
 NAN, INF = math.nan, math.inf

@@ -1,0 +1,197 @@
+"""How numba compiles the kernels: `kernel`, `rare_kernel` and `entry`.
+
+By itself numba optimises each inner function again in each caller, and links all callees into each
+function. Its passes over closures, overloads and array expressions change nothing in a kernel. For
+each `a * b` it tries all functions of that operator, array functions first. Without this work a
+first start takes two thirds of the processor time. Nothing may be compiled with fastmath.
+"""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, TypeAlias
+
+from numba import njit, types
+from numba.core.codegen import JITCodeLibrary
+from numba.core.codegen import ll as llvm
+from numba.core.compiler import Compiler
+from numba.core.types.functions import BaseFunction
+
+Kernel: TypeAlias = Callable[..., Any]
+
+_NEEDLESS = {
+    "AnnotateTypes",
+    "DumpParforDiagnostics",
+    "FindLiterallyCalls",
+    "InlineClosureLikes",
+    "InlineInlinables",
+    "InlineOverloads",
+    "LiteralPropagationSubPipelinePass",
+    "LiteralUnroll",
+    "MakeFunctionToJitFunction",
+    "NoPythonSupportedFeatureValidation",
+    "NopythonRewrites",
+    "RewriteDynamicRaises",
+    "RewriteSemanticConstants",
+    "WithLifting",
+}
+"""numba's passes for closures, array expressions and literal types: inner functions have none.
+
+A later pass refuses a function with closures; array expressions compute the same with more code.
+IRLegalization ends the life of variables, which is of use where arrays are counted."""
+
+
+class InnerLibrary(JITCodeLibrary):
+    """LLVM code of an inner function alone: no machine code, which nobody would run.
+
+    An entry links it with all that it calls, and optimises everything once.
+    """
+
+    _final_module: Any
+    _shared_module: Any
+
+    def add_llvm_module(self, module: Any) -> None:
+        """Take the code of the function: the only module of this library."""
+        self._optimize_functions(module)
+        self._final_module = module
+
+    def finalize(self) -> None:
+        """Link and optimise nothing: the entry does."""
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def _get_module_for_linking(self) -> Any:
+        """Return the code, with functions that may be linked into many others."""
+        if self._shared_module is None:
+            for function in self._final_module.functions:
+                if not function.is_declaration and function.linkage == llvm.Linkage.external:
+                    function.linkage = "linkonce_odr"
+            self._shared_module = self._final_module
+        return self._shared_module
+
+    def with_callees(self) -> list[JITCodeLibrary]:
+        """Return the libraries that a caller must link: this one and its callees'."""
+        return list(dict.fromkeys([self, *self._linking_libraries]))
+
+    def get_pointer_to_function(self, _name: str) -> int:
+        """Return 0: no such function in machine code."""
+        return 0
+
+    @property
+    def codegen(self) -> InnerLibrary:
+        """What sets an environment for Python objects: this library, which has none."""
+        return self
+
+    def set_env(self, _name: str, _environment: object) -> None:
+        """Do nothing: compiled code without Python objects reads no environment."""
+
+
+class InnerCompiler(Compiler):
+    """numba's compiler for functions that only compiled functions call."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return the passes that an inner function needs, once each; they fill an InnerLibrary."""
+        state = self.state
+        state.library = InnerLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        found: list[Any] = super().define_pipelines()
+        needless = _NEEDLESS if state.flags.nrt else _NEEDLESS | {"IRLegalization"}
+        for pipeline in found:
+            pipeline.passes = [
+                one for one in dict(pipeline.passes).items() if one[0].__name__ not in needless
+            ]
+        return found
+
+    def compile_extra(self, function: Any) -> Any:
+        """Compile a function; TypeError for one that returns an array and does not count it."""
+        found = super().compile_extra(function)
+        if not self.state.flags.nrt and _holds_array(found.signature.return_type):
+            raise TypeError(f"{function.__name__} returns an array: declare it as rare_kernel")
+        context, library = self.state.targetctx, self.state.library
+        context.remove_user_function(found.entry_point)
+        context.insert_user_function(found.entry_point, found.fndesc, library.with_callees())
+        return found
+
+
+def _holds_array(kind: types.Type) -> bool:
+    """Whether a type is that of an array, or of a tuple with one in it."""
+    if isinstance(kind, types.BaseTuple):
+        return any(_holds_array(one) for one in kind)
+    return isinstance(kind, types.Array)
+
+
+@contextmanager
+def _quick_compilation() -> Iterator[None]:
+    """Remember which function numba found for an operator of numbers; no looks for cycles.
+
+    Looks for cycles would take a sixth of the time.
+    """
+    known: dict[Any, Any] = {}
+    functions: Any = BaseFunction
+    find = functions.get_call_type
+
+    def remembered(function: Any, context: Any, given: Any, keywords: Any) -> Any:
+        if keywords or not all(isinstance(one, types.Number | types.Boolean) for one in given):
+            return find(function, context, given, keywords)
+        key = function, given
+        if key not in known:
+            known[key] = find(function, context, given, keywords)
+        return known[key]
+
+    collects = gc.isenabled()
+    gc.disable()
+    functions.get_call_type = remembered
+    try:
+        yield
+    finally:
+        functions.get_call_type = find
+        if collects:
+            gc.enable()
+
+
+def kernel(function: Kernel) -> Kernel:
+    """Compile an inner function of the core, inlined; entry points are compiled with `entry`.
+
+    It makes and returns no array, and does not count who holds those that it is given.
+    """
+    return _inner(function, inlined=True, _nrt=False)
+
+
+def rare_kernel(function: Kernel) -> Kernel:
+    """Compile an inner function that runs seldom: called, not inlined, for a short compilation."""
+    return _inner(function, inlined=False)  # not None: numba would do as with the first caller
+
+
+def _inner(function: Kernel, *, inlined: bool, **options: bool) -> Kernel:
+    """Let numba compile what only compiled functions call, to LLVM code (`InnerLibrary`).
+
+    Once for all integers, not again for each literal one.
+    """
+    compiled: Any = njit(
+        error_model="numpy", nogil=True, no_cpython_wrapper=True, no_cfunc_wrapper=True,
+        forceinline=inlined, pipeline_class=InnerCompiler, **options,
+    )(function)  # fmt: skip
+    template = compiled.get_call_template
+
+    def template_of_types(given: tuple[Any, ...], keywords: Any) -> Any:
+        return template(tuple(types.unliteral(one) for one in given), keywords)
+
+    compiled.get_call_template = template_of_types
+    found: Kernel = compiled
+    return found
+
+
+def entry(*signature: object) -> Callable[[Kernel], Kernel]:
+    """Compile a function that Python calls: one signature, cached, without the GIL."""
+    from bouncing_disk_ros.kernel_cache import share_compiled_kernels
+
+    def compile_entry(function: Kernel) -> Kernel:
+        share_compiled_kernels()
+        with _quick_compilation():
+            compiled: Kernel = njit(
+                *signature, error_model="numpy", nogil=True, cache=True, no_cfunc_wrapper=True
+            )(function)
+        return compiled
+
+    return compile_entry
