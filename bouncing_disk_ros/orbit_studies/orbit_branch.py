@@ -133,7 +133,7 @@ def impact_times(orbit: PeriodicOrbit) -> Array:
 def starts_of(orbit: PeriodicOrbit, window: Window) -> Iterator[Start]:
     """Special solutions on the branches of an orbit along Γ and along ε, to both sides."""
     times = impact_times(orbit)
-    own = orbit.map.axial_forcing, orbit.map.restitution
+    own = orbit.map.axial_parameters
     for axis in PARAMETERS:
         index = PARAMETERS.index(axis)
         system = OrbitSystem(orbit.impacts, orbit.cycles, None, 0, (axis,), own)
@@ -198,12 +198,13 @@ def _graze(system: OrbitSystem, before: Point, after: Point) -> Iterator[Start]:
         yield from _lost_impact(system, before, weakest)
         return
     least = clearances(times, system.cycles, *place)
-    flight = int(np.argmin(least))
+    flight = int(np.argmin(least[:, 0]))
     special = OrbitSystem(system.impacts, system.cycles, CurveKind.GRAZE, flight)
     for point in (before, after):
         own = system.split(point.unknowns)[0]
-        touch = lowest_time(own, system.cycles, system.parameters(point.unknowns), flight)
-        solved = list(_solved(system, special, own, point.unknowns, np.array([touch])))
+        since = clearances(own, system.cycles, *system.parameters(point.unknowns))[flight, 1]
+        touch = np.array([own[flight] + since])
+        solved = list(_solved(system, special, own, point.unknowns, touch))
         if solved:
             yield from solved
             return
@@ -235,18 +236,3 @@ def _solved(
     found = corrected(special, guess, normal, place[held])
     if found is not None and float(np.max(np.abs(found - guess))) < 0.2:
         yield Start(special, found)
-
-
-def lowest_time(times: Array, cycles: int, place: tuple[float, float], flight: int) -> float:
-    """Where the gap inside a flight is least, away from its ends (rad), on a fine grid."""
-    forcing = place[0]
-    found = flights(times, cycles, *(np.array([one]) for one in place))
-    duration, launch = float(found.duration[flight]), float(found.launch[flight])
-    since = duration * np.linspace(0.0, 1.0, 2001)
-    tau = times[flight] + since
-    height = forcing * (math.sin(times[flight]) - np.sin(tau))
-    gap = height + launch * since - since * since / math.tau
-    inner = np.flatnonzero((gap[1:-1] <= gap[:-2]) & (gap[1:-1] <= gap[2:])) + 1
-    if not len(inner):
-        return float(tau[1000])
-    return float(tau[inner[np.argmin(gap[inner])]])

@@ -260,7 +260,8 @@ class _Tracer:
     def _clearance(self, point: Point) -> float:
         """Least gap within a flight; of a graze, within the flights that do not touch."""
         times, touch, forcing, restitution = self.system.split(point.unknowns)
-        found = clearances(times, self.system.cycles, float(forcing[0]), float(restitution[0]))
+        given = self.system.cycles, float(forcing[0]), float(restitution[0])
+        found = clearances(times, *given)[:, 0]
         if len(touch):
             found[self.system.flight] = math.inf
         return float(np.min(found))

@@ -24,6 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.maps.axial_map import GRAVITY
 from bouncing_disk_ros.maps.orbit_kernels import clearance_of
 
 Array = NDArray[np.float64]
@@ -31,7 +32,6 @@ Values = NDArray[Any]  # float64 or complex128
 
 STEP = 1e-30
 """Imaginary part that gives derivatives: no difference is taken, so none is rounded."""
-GRAVITY = 1.0 / math.pi
 TOUCHES = 1e-12
 """A gap (πg/ω²) above the negative of it counts as not negative."""
 
@@ -96,7 +96,10 @@ def touching(
 
 
 def clearances(times: Array, cycles: int, axial_forcing: float, restitution: float) -> Array:
-    """Least minimum (n,) of the gap inside each flight; inf: it has none, < 0: not a flight."""
+    """Least minimum of the gap inside each flight and when that is (rad after its begin): (n, 2).
+
+    inf and nan: it has none. A minimum < 0: not a flight.
+    """
     found = flights(times, cycles, np.array([axial_forcing]), np.array([restitution]))
     return np.array([
         clearance_of(float(tau) % math.tau, float(w), float(d), axial_forcing, restitution)
@@ -109,7 +112,7 @@ def admissible(times: Array, cycles: int, axial_forcing: float, restitution: flo
     found = flights(times, cycles, np.array([axial_forcing]), np.array([restitution]))
     if np.any(found.duration <= 0.0) or np.any(found.before >= 0.0):
         return False
-    return bool(np.all(clearances(times, cycles, axial_forcing, restitution) > -TOUCHES))
+    return bool(np.all(clearances(times, cycles, axial_forcing, restitution)[:, 0] > -TOUCHES))
 
 
 PARAMETERS = ("axial_forcing", "restitution")
@@ -173,9 +176,7 @@ class OrbitSystem:
 
     def __call__(self, unknowns: Array) -> tuple[Array, Array]:
         """Residuals (m,) and their derivatives (m, N)."""
-        batch = unknowns + 1j * STEP * np.eye(len(unknowns))
-        found = self.values(batch)
-        return found[0].real, np.ascontiguousarray((found.imag / STEP).T)
+        return _with_derivatives(self.values, unknowns)
 
     def _trace(
         self, found: Flights, times: Values, forcing: Values, restitution: Values
@@ -227,7 +228,7 @@ def flip_coefficient(times: Array, cycles: int, forcing: float, restitution: flo
     twice = np.concatenate((times, times + math.tau * cycles))
     left, right = _null_vectors(doubled, twice, np.arange(len(twice), dtype=float))
     along = _taylor(doubled, twice, right)
-    bordered = _bordered(_jacobian(doubled, twice), left, right)
+    bordered = _bordered(_with_derivatives(doubled, twice)[1], left, right)
     shift = np.linalg.solve(bordered, np.append(-along[2], 0.0))[:-1]
     # F″(q, h) by polarisation: the quadratic terms along q ± h
     mixed = _taylor(doubled, twice, right + shift)[2] - _taylor(doubled, twice, right - shift)[2]
@@ -238,9 +239,10 @@ def _bordered(matrix: Array, left: Array, right: Array) -> Array:
     return np.block([[matrix, left[:, None]], [right[None, :], np.zeros((1, 1))]])
 
 
-def _jacobian(function: Callable[[Values], Values], place: Array) -> Array:
+def _with_derivatives(function: Callable[[Values], Values], place: Array) -> tuple[Array, Array]:
+    """Values (m,) of a function at a place (n,), and its derivatives (m, n), by complex steps."""
     found = function(place + 1j * STEP * np.eye(len(place)))
-    return np.ascontiguousarray((found.imag / STEP).T)
+    return found[0].real, np.ascontiguousarray((found.imag / STEP).T)
 
 
 def _null_vectors(
@@ -250,7 +252,7 @@ def _null_vectors(
 
     The determinant of the bordered matrix is never 0, so its sign fixes that of the left one.
     """
-    matrix = _jacobian(function, place)
+    matrix = _with_derivatives(function, place)[1]
     left, _, right = np.linalg.svd(matrix)
     p, q = left[:, -1], right[-1]
     q = q if q @ towards > 0.0 else -q

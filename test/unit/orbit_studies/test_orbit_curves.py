@@ -54,7 +54,7 @@ def test_the_saddle_grazes_for_small_restitution(period_one: list[Curve]) -> Non
     for shift, misses in ((-2e-3, True), (2e-3, False)):
         forcing = at + shift
         tau = math.tau - math.acos(0.95 / 1.05 / forcing)
-        assert bool(clearances(np.array([tau]), 1, forcing, 0.05)[0] > 0.0) is misses
+        assert bool(clearances(np.array([tau]), 1, forcing, 0.05)[0, 0] > 0.0) is misses
 
 
 def test_the_graze_of_the_saddle_ends_on_the_fold(period_one: list[Curve]) -> None:
