@@ -1,7 +1,6 @@
-"""A disk in contact with a steady motion, up to separation: the one loop of tosses and of the map.
+"""Contact with a steady motion up to separation (eq. 3): the loop of single tosses and of the map.
 
-A disk in contact sticks and slides until the platform falls away from under it (eq. 3). The events
-and the closed forms between them are those of the stepper, given named tuples in place of its
+Events, and closed forms between them, are those of the stepper, given named tuples in place of its
 records: numba leaves out what a steady motion does not need.
 """
 
@@ -33,28 +32,15 @@ class ContactState(NamedTuple):
 
 
 class Stretch(NamedTuple):
-    """A phase of contact: how it begins, how long it lasts, the platform at both ends.
-
-    `slip`: w_T at its begin. `turned` and the two integrals are those of `slide`; 0 in sticking.
-    """
+    """A phase of contact: how it begins, how long it lasts, the platform at both ends."""
 
     begin: Slide  # of the sign 0: the disk sticks
-    slip: float
+    slip: float  # w_T at its begin
     duration: float
-    turned: float
-    pushed: float
+    pushed: float  # the integrals of `slide`; 0 in sticking
     q: float
     axial: tuple[Jet, Jet]
     angular: tuple[Jet, Jet]
-
-
-class Contact(NamedTuple):
-    """Contact up to separation; nan where it takes more phases than allowed."""
-
-    duration: float
-    omega: float  # at its end
-    turned: float
-    sign: float  # of the slip in the last phase; 0: the disk left sticking
 
 
 def contact_run(add: Kernel) -> Kernel:
@@ -66,47 +52,44 @@ def contact_run(add: Kernel) -> Kernel:
     @rare_kernel
     def contact_until_flight(
         motion: Record, disk: Record, tau: float, omega: float, most: int, sums: Any
-    ) -> Contact:
-        """Contact from τ until separation, which comes, in at most so many phases; no brake."""
+    ) -> tuple[float, float, float, float]:
+        """Seconds from τ until separation, which comes; α̇ there, angle turned, sign of the slip.
+
+        Of the last phase, 0: the disk sticks. nan after `most` phases without it. No brake.
+        """
         lasted = turned = 0.0
         sine, cosine = sincos(tau)
-        s = axial_jet(motion, sine, cosine, 0.0)
-        b = angular_jet(motion, sine, cosine, 0.0)
+        s, b = axial_jet(motion, sine, cosine, 0.0), angular_jet(motion, sine, cosine, 0.0)
         a, _ = load(motion, disk.g, s)
         sign = float(what_holds(sign_of(omega - b[1]), 0, 0, disk, a, b)[0])
         for _ in range(most):
             state = ContactState(tau, sine, cosine, sign, disk.lag, omega)
-            begin = Slide(0.0, tau, sine, cosine, sign, disk.lag)
+            begin, slip = Slide(0.0, tau, sine, cosine, sign, disk.lag), omega - b[1]
             if sign == 0.0:
                 kind, d, value, _ = after_sticking(state, motion, disk, 0.0, math.inf)
             else:
                 kind, d, value, _ = after_sliding(state, motion, disk, 0.0, math.inf)
-            leaves = kind == SEPARATION
-            tau = (
-                separation_phase(motion, disk.g)
-                if leaves
-                else phase_after(tau, motion.omega * d)[1]
-            )
+            tau = phase_after(tau, motion.omega * d)[1]
+            if kind == SEPARATION:
+                tau = separation_phase(motion, disk.g)
             sine, cosine = sincos(tau)
-            axial = (s, axial_jet(motion, sine, cosine, 0.0))
-            angular = (b, angular_jet(motion, sine, cosine, 0.0))
-            slip = omega - b[1]
-            s, b = axial[1], angular[1]
-            angle, pushed, q = b[0] - angular[0][0], 0.0, 0.0
+            s1, b1 = axial_jet(motion, sine, cosine, 0.0), angular_jet(motion, sine, cosine, 0.0)
+            angle, pushed, q = b1[0] - b[0], 0.0, 0.0
             if sign == 0.0:
-                omega = b[1]
+                omega = b1[1]
             else:
                 angle, omega, pushed, q = slide(motion, disk, begin, omega, d)
-            add(sums, motion, disk, Stretch(begin, slip, d, angle, pushed, q, axial, angular))
+            add(sums, motion, disk, Stretch(begin, slip, d, pushed, q, (s, s1), (b, b1)))
             lasted += d
             turned += angle
-            if leaves:
-                return Contact(lasted, omega, turned, sign)
+            s, b = s1, b1
+            if kind == SEPARATION:
+                return lasted, omega, turned, sign
             if kind == SLIP:
                 sign = value
             elif kind == SLIP_ENDS:
                 sign = float(what_holds(0, 0, 0, disk, disk.g + s[2], b)[0])
                 omega = b[1] if sign == 0.0 else omega
-        return Contact(math.nan, math.nan, math.nan, sign)
+        return math.nan, math.nan, math.nan, sign
 
     return contact_until_flight

@@ -40,7 +40,7 @@ RESULT_AIRBORNE_SPEED, RESULT_DELAY, RESULT_WORK_AXIAL, RESULT_WORK_ANGULAR = ra
 @kernel
 def _add_work(ledger: Ledger, motion: Record, disk: Record, stretch: Stretch) -> None:
     """Enter the work of a phase of contact, as `propagate` does for a disk without a brake."""
-    begin, slip, d, _, pushed, q, (s0, s1), (b0, b1) = stretch
+    begin, slip, d, pushed, q, (s0, s1), (b0, b1) = stretch
     add_axial_work(ledger, disk, s0, s1)
     if begin.sign == 0.0:
         add_sticking_work(ledger, disk, 0, b0, b1)
