@@ -22,9 +22,6 @@ from bouncing_disk_ros.orbit_studies.orbit_equations import (
     PARAMETERS,
     CurveKind,
     OrbitSystem,
-    admissible,
-    clearances,
-    flights,
 )
 
 _STEP, _SMALLEST, _MOST = 0.01, 1e-7, 3000
@@ -157,7 +154,7 @@ def _along(system: OrbitSystem, start: Point, limits: tuple[float, float]) -> It
         for kind in (CurveKind.FOLD, CurveKind.DOUBLING):
             if values[kind] * after[kind] < 0.0:
                 yield from _refined(system, before, point, kind)
-        if not _is_motion(system, point):
+        if not system.is_motion(point.unknowns):
             yield from _graze(system, before, point)
             return
         if not limits[0] <= point.unknowns[-1] <= limits[1] or count > _MOST:
@@ -168,11 +165,6 @@ def _along(system: OrbitSystem, start: Point, limits: tuple[float, float]) -> It
 def _tests(system: OrbitSystem, point: Point) -> dict[CurveKind, float]:
     doubling, fold = system.multiplier_defects(point.unknowns)
     return {CurveKind.DOUBLING: doubling, CurveKind.FOLD: fold}
-
-
-def _is_motion(system: OrbitSystem, point: Point) -> bool:
-    times = system.split(point.unknowns)[0]
-    return admissible(times, system.cycles, *system.parameters(point.unknowns))
 
 
 def _refined(system: OrbitSystem, before: Point, after: Point, kind: CurveKind) -> Iterator[Start]:
@@ -190,20 +182,16 @@ def _graze(system: OrbitSystem, before: Point, after: Point) -> Iterator[Start]:
     A flight touches the platform on the way; or an impact comes to speed 0: then it is a graze of
     the orbit without that impact.
     """
-    times = system.split(after.unknowns)[0]
-    place = system.parameters(after.unknowns)
-    found = flights(times, system.cycles, *(np.array([one]) for one in place))
-    weakest = int(np.argmax(found.before))
-    if found.before[weakest] >= 0.0:
+    before_impacts = system.flights(after.unknowns).before
+    weakest = int(np.argmax(before_impacts))
+    if before_impacts[weakest] >= 0.0:
         yield from _lost_impact(system, before, weakest)
         return
-    least = clearances(times, system.cycles, *place)
-    flight = int(np.argmin(least[:, 0]))
+    flight = int(np.argmin(system.clearances(after.unknowns)[:, 0]))
     special = OrbitSystem(system.impacts, system.cycles, CurveKind.GRAZE, flight)
     for point in (before, after):
         own = system.split(point.unknowns)[0]
-        since = clearances(own, system.cycles, *system.parameters(point.unknowns))[flight, 1]
-        touch = np.array([own[flight] + since])
+        touch = np.array([own[flight] + system.clearances(point.unknowns)[flight, 1]])
         solved = list(_solved(system, special, own, point.unknowns, touch))
         if solved:
             yield from solved
