@@ -24,6 +24,7 @@ from bouncing_disk_ros.proof.event_functions import (
     margin_from,
     slip_from,
 )
+from bouncing_disk_ros.proof.event_proof import chatter_tail
 from bouncing_disk_ros.proof.exact_records import MotionRecord, OffsetPiece, State
 from bouncing_disk_ros.proof.platforms import Platform, interval, platform_of
 from bouncing_disk_ros.proof.positivity import Found, first_zero, opens
@@ -347,26 +348,12 @@ class Enclosure:
         return math.hypot(times[0] * unit * g / unit**2, times[1] * unit * g / unit)
 
     def _tail(self) -> arb | None:
-        """How long the rest of a chatter lasts; None: not surely complete.
-
-        Where the load a stays within [a₁, a₂], each landing speed is within √(a₁/a₂) to √(a₂/a₁)
-        of the launch before, and each flight within 2u/a₂ to 2u/a₁: geometric sums from both sides.
-        """
+        """How long the rest of a chatter lasts; None: not surely complete."""
         law, u = self.law, self._u
-        a = law.g + self._axial()[2]
-        if not a > 0:
-            return None
-        longest = float((2 * u / (a * (1 - law.restitution))).upper()) * 1.5
-        load = law.g + self._axial(interval(0.0, longest))[2]
-        if not load > 0:
-            return None
-        low, high = arb(load.lower()), arb(load.upper())
-        spread = (high / low).sqrt()
-        shortest = 2 * u / high / (1 - law.restitution / spread)
-        if not law.restitution * spread < 1:
-            return None
-        most = 2 * u / low / (1 - law.restitution * spread)
-        return shortest.union(most) if most < longest else None
+        load = law.g + self._axial()[2]
+        about = float((2 * u / (load * (1 - law.restitution))).upper())
+        tail = chatter_tail(self._platform, law.restitution, law.g, law.lag, u, about)
+        return None if tail is None else tail.closed_form * (1 + arb(0, tail.remainder))
 
     # contact
 

@@ -55,14 +55,6 @@ class Launch(NamedTuple):
 
 
 @kernel
-def steady_gap(
-    amplitude: float, w: float, sine: float, cosine: float, g: float, gap: float, u: float, d: float
-) -> Jet:
-    """Gap and its first four derivatives after d seconds; s, c are sin τ, cos τ at the start."""
-    return turned_gap(amplitude, w, sine, cosine, g, gap, u, d, sincos_excess(w * d))
-
-
-@kernel
 def turned_gap(
     amplitude: float,
     w: float,
@@ -74,7 +66,10 @@ def turned_gap(
     d: float,
     turn: tuple[float, float, float, float],
 ) -> Jet:
-    """`steady_gap` where `sincos_excess` of the phase grown is known."""
+    """Gap and its first four derivatives after d seconds; s, c are sin τ, cos τ at the start.
+
+    `turn`: the `sincos_excess` of the phase grown, ωd.
+    """
     sx, cx, se, ce = turn
     rise = amplitude * (sine * ce + cosine * se)
     slope = amplitude * w * (cosine * ce - sine * sx)
@@ -85,7 +80,7 @@ def turned_gap(
 
 @rare_kernel
 def fading_gap(motion: Record, launch: Launch, d: float) -> Jet:
-    """`steady_gap` over a cross-fade."""
+    """`turned_gap` over a cross-fade."""
     elapsed, s, c, g, gap, u = launch
     t = motion.duration
     x = d / t
@@ -139,7 +134,8 @@ def gap_after(motion: Record, launch: Launch, d: float) -> Jet:
     """Gap and its first four derivatives d seconds after the launch."""
     elapsed, sine, cosine, g, gap, u = launch
     if motion.kind != FADE:
-        jet = steady_gap(motion.a, motion.omega, sine, cosine, g, gap, u, d)
+        turn = sincos_excess(motion.omega * d)
+        jet = turned_gap(motion.a, motion.omega, sine, cosine, g, gap, u, d, turn)
     else:
         jet = fading_gap(motion, launch, d)
     if motion.bending == 0:
@@ -200,15 +196,6 @@ def above_platform(top: float, x: float, v: float, g: float) -> tuple[float, flo
         return 0.0, 0.0
     begin = 0.0 if x >= top else 2.0 * (top - x) / (v + r)
     return begin, end * (1.0 - 4.0 * ROUNDING)
-
-
-@kernel
-def first_impact(
-    motion: Record, launch: Launch, jet: Jet, start: float, horizon: float
-) -> tuple[float, float]:
-    """`search_impact` without the number of its steps."""
-    d, w, _ = search_impact(motion, launch, jet, start, horizon)
-    return d, w
 
 
 @kernel

@@ -12,7 +12,7 @@ from bisect import bisect_right
 from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 _NEVER = 2**63 - 1  # layout.NEVER, which needs numba: tools without kernels read trajectories
 _GIGA = 10**9
@@ -114,6 +114,18 @@ def derivative(c: Sequence[Fraction]) -> Coefficients:
     return tuple(k * coefficient for k, coefficient in enumerate(c))[1:]
 
 
+def quintic_coefficients(rise: Any, v0: Any, v1: Any, a0: Any, a1: Any) -> tuple[Any, Any, Any]:
+    """Coefficients 3 to 5 of a quintic over [0, 1]; fractions, or floats in kernels.
+
+    By how much it rises, the velocities and half of the accelerations at both ends.
+    """
+    return (
+        10 * rise - 6 * v0 - 4 * v1 - 3 * a0 + a1,
+        -15 * rise + 8 * v0 + 7 * v1 + 3 * a0 - 2 * a1,
+        6 * rise - 3 * v0 - 3 * v1 - a0 + a1,
+    )
+
+
 @lru_cache(maxsize=256)
 def coefficients(segment: Segment) -> Coefficients:
     """The six coefficients of a segment over x = (t − begin)/duration in [0, 1], exactly."""
@@ -130,14 +142,7 @@ def coefficients(segment: Segment) -> Coefficients:
     if segment.degree == CUBIC:
         return (p0, v0, 3 * rise - 2 * v0 - v1, v0 + v1 - 2 * rise, zero, zero)
     a0, a1 = a0 * t * t / 2, a1 * t * t / 2
-    return (
-        p0,
-        v0,
-        a0,
-        10 * rise - 6 * v0 - 4 * v1 - 3 * a0 + a1,
-        -15 * rise + 8 * v0 + 7 * v1 + 3 * a0 - 2 * a1,
-        6 * rise - 3 * v0 - 3 * v1 - a0 + a1,
-    )
+    return (p0, v0, a0, *quintic_coefficients(rise, v0, v1, a0, a1))
 
 
 _PASCAL = ((1,), (1, 1), (1, 2, 1), (1, 3, 3, 1), (1, 4, 6, 4, 1), (1, 5, 10, 10, 5, 1))

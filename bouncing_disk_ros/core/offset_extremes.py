@@ -16,7 +16,16 @@ from numba import types
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.compilation import entry, kernel, rare_kernel
-from bouncing_disk_ros.core.offset import CONSTANT, CUBIC, LINE, QUINTIC, Extremes, Lane, Segment
+from bouncing_disk_ros.core.offset import (
+    CONSTANT,
+    CUBIC,
+    LINE,
+    QUINTIC,
+    Extremes,
+    Lane,
+    Segment,
+    quintic_coefficients,
+)
 
 _SIZE = 6
 """Coefficients of a polynomial of degree 5."""
@@ -45,6 +54,9 @@ def extremes(segments: Sequence[Segment]) -> Extremes:
     )
 
 
+_quintic = kernel(quintic_coefficients)
+
+
 @kernel
 def _enter(
     d: NDArray[np.float64],
@@ -64,10 +76,8 @@ def _enter(
         c[2] = (3.0 * rise - 2.0 * v0 - v1) / t
         c[3] = (v0 + v1 - 2.0 * rise) / t / t
     else:
-        h0, h1 = 0.5 * a0 * t, 0.5 * a1 * t
-        c[3] = (10.0 * rise - 6.0 * v0 - 4.0 * v1 - 3.0 * h0 + h1) / t / t
-        c[4] = (-15.0 * rise + 8.0 * v0 + 7.0 * v1 + 3.0 * h0 - 2.0 * h1) / t / t / t
-        c[5] = (6.0 * rise - 3.0 * (v0 + v1) - h0 + h1) / t / t / t / t
+        c3, c4, c5 = _quintic(rise, v0, v1, 0.5 * a0 * t, 0.5 * a1 * t)
+        c[3], c[4], c[5] = c3 / t / t, c4 / t / t / t, c5 / t / t / t / t
     for order in range(1, QUINTIC):
         for power in range(_SIZE - order):
             d[order, power] = (power + 1) * d[order - 1, power + 1]

@@ -21,7 +21,7 @@ from bouncing_disk_ros.juggling.kernels.offset_plan import (
     ROWS,
     empty_plan,
 )
-from bouncing_disk_ros.juggling.kernels.strategies import AIM, EPSILON, hear, new_memory
+from bouncing_disk_ros.juggling.kernels.strategies import AIM, EPSILON, empty_memory, hear
 from bouncing_disk_ros.juggling.kernels.toss_planner import FORCING, OWN_ORBIT
 from bouncing_disk_ros.juggling.loop_settings import (
     HEARS_TIMES_ONLY,
@@ -91,7 +91,7 @@ class Juggler:
             strategy, forcing, believed, limits or Limits(), learns=learns, own_orbit=own
         )
         self._hears_velocity = strategy not in HEARS_TIMES_ONLY
-        self._memory, self._plan = new_memory(believed), empty_plan()
+        self._memory, self._plan = empty_memory(believed), empty_plan()
         self._omega, self._phase = math.tau * motion.frequency, phase
         self._speed = velocity_scale(motion, disk)
         self._length = math.pi * acceleration(disk) / (self._omega * self._omega)

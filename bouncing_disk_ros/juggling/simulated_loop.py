@@ -19,7 +19,7 @@ from bouncing_disk_ros.core.model import ImpactKind, join_rows
 from bouncing_disk_ros.core.offset import QUINTIC, Knot, OffsetState
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.juggling.juggler import Controller, HeardImpact, OffsetTrajectory
-from bouncing_disk_ros.juggling.kernels.loop_kernel import draw
+from bouncing_disk_ros.juggling.kernels.loop_kernel import sensor_error
 from bouncing_disk_ros.juggling.loop_settings import Array, Sensor, period_one_points
 from bouncing_disk_ros.juggling.loop_verdict import Verdict, verdict_of
 from bouncing_disk_ros.juggling.target_orbit import mean_rotor_speed
@@ -57,12 +57,12 @@ def hear_row(
 ) -> tuple[int, HeardImpact] | None:
     """When a row is known, ns of simulated time, and what is heard of it; None: it is missed.
 
-    `number`: of the row in its run; with the seed and the number of the run it decides the draws.
+    `start`, `number`: of the run, and of the row in it, as `sensor_error` takes them.
     """
-    if sensor.missed > 0.0 and draw(sensor.seed, start, 2 * number) < sensor.missed:
+    off = sensor_error(sensor.missed, sensor.jitter, sensor.seed, start, number)
+    if math.isnan(off):
         return None
     impact = heard_of(row)
-    off = sensor.jitter * (2.0 * draw(sensor.seed, start, 2 * number + 1) - 1.0)
     known_ns = math.ceil((impact.time + (sensor.delay + sensor.jitter) / frequency) * NS)
     return known_ns, impact._replace(time=impact.time + off / frequency)
 

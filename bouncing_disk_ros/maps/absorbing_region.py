@@ -95,7 +95,7 @@ def _image(
     down, across = np.meshgrid(offsets, offsets, indexing="ij")
     w = (-(places[:, :1, None] + down) * side).ravel()
     tau = ((places[:, 1:, None] + across) * side).ravel()
-    tau, w, counts = iterated(tau, w, (section.axial_forcing, section.restitution), 1)
+    tau, w, counts = iterated(tau, w, section.axial_parameters, 1)
     if counts.any():
         return None  # contact
     rows, columns = _places(tau, w, side, shape[1])

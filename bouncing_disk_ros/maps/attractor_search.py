@@ -118,10 +118,9 @@ def _without_contact(
     section: NextCollisionMap, starts: Sequence[tuple[float, float] | MapState]
 ) -> Floats:
     """States (n, 2) after SETTLING impacts, of the starts that have not come to contact."""
-    platform = section.axial_forcing, section.restitution
     states = [section.checked(start) for start in starts]
     tau, w = np.array([state[:2] for state in states]).reshape(-1, 2).T
-    tau, w, counts = iterated(tau, w, platform, SETTLING)
+    tau, w, counts = iterated(tau, w, section.axial_parameters, SETTLING)
     return np.stack((tau, w), axis=1)[~counts.any(axis=1)]
 
 
@@ -144,15 +143,11 @@ class _Search:
     """Gathers attractors, one orbit after the other."""
 
     def __init__(self, section: NextCollisionMap) -> None:
-        self._section = NextCollisionMap(float(section.axial_forcing), float(section.restitution))
+        self._section = NextCollisionMap(*section.axial_parameters)
         self.found: list[Attractor] = []
         self.unresolved = 0
         self._after_contact = -1
         self._cells: dict[int, Cells] = {}
-
-    @property
-    def _platform(self) -> tuple[float, float]:
-        return self._section.axial_forcing, self._section.restitution
 
     def contact(self) -> int:
         """Follow the orbit that leaves contact; the place of its attractor in `found`, or −1."""
@@ -194,7 +189,7 @@ class _Search:
 
     def _orbit(self, tau: float, w: float, impacts: int) -> Floats:
         rows = np.empty((impacts, 4))
-        return rows[: axial_orbit(tau, w, *self._platform, impacts, rows)]
+        return rows[: axial_orbit(tau, w, *self._section.axial_parameters, impacts, rows)]
 
     def _add(self, attractor: Attractor) -> int:
         """Its place in `found`, new or not."""
@@ -208,7 +203,7 @@ class _Search:
         """The orbit from separation to separation; rows[end] is the first impact of the next."""
         one, after = rows[:end], rows[1 : end + 1]
         cycles = round(float(np.sum(after[:, ORBIT_DELAY])) / math.tau)
-        if rounding_decides(one, *self._platform):
+        if rounding_decides(one, *self._section.axial_parameters):
             cycles = 0
         found = Attractor(
             AttractorKind.CHATTERING, one[:, ORBIT_TAU].copy(), one[:, ORBIT_W].copy(), cycles, 0.0
@@ -245,7 +240,7 @@ class _Search:
         """The place of a chaotic attractor, or −1 if the exponent is not above 0."""
         state = np.array([rows[-1, ORBIT_TAU], rows[-1, ORBIT_W], 0.0, 1.0, 0.0])
         out, results = np.empty((VISITS, 6)), np.empty(5)
-        given = (*self._platform, 0.0, math.inf)
+        given = (*self._section.axial_parameters, 0.0, math.inf)
         measure_attractor(state, *given, 0, VISITS, out, results)
         exponent = float(results[LYAPUNOV])
         if exponent * VISITS < CLEARLY:

@@ -1,4 +1,4 @@
-"""The axial map many times: to the first contact, many states at once, and the map backwards.
+"""The axial map many times, of many states, and the map backwards.
 
 A flight run backwards is a flight too: with τ' = π − τ the platform moves as before, the speed of
 arrival is that of launch. So the impact before one with (τ, w) is the landing of a flight
@@ -19,27 +19,11 @@ from bouncing_disk_ros.core.flight import Launch
 from bouncing_disk_ros.core.platform import Record, axial_jet
 from bouncing_disk_ros.maps.axial_map import (
     GRAVITY,
-    MAP_CONTACT,
     MAP_REST,
     axial_motion,
     landing,
     next_impact,
 )
-
-
-@entry(types.int64(types.Array(types.float64, 1, "C"), types.float64, types.float64, types.int64))
-def impacts_before_contact(state: Record, forcing: float, restitution: float, impacts: int) -> int:
-    """Impacts that follow the one with state (τ, w) up to the first complete chatter; −1: none.
-
-    `state` (2,) becomes that of the last impact before it.
-    """
-    for i in range(impacts):
-        kind, tau, w, _ = next_impact(state[0], state[1], forcing, restitution)
-        if kind in (MAP_CONTACT, MAP_REST):
-            return i
-        state[0] = tau
-        state[1] = w
-    return -1
 
 
 @kernel

@@ -18,7 +18,7 @@ from bouncing_disk_ros.core.arithmetic import sincos, sincos_excess, wrapped
 from bouncing_disk_ros.core.chatter import BOUNCES, chatter_end
 from bouncing_disk_ros.core.compilation import entry, kernel
 from bouncing_disk_ros.core.contact_events import load, load_returns
-from bouncing_disk_ros.core.flight import Launch, first_impact, never_leaves, separation_phase
+from bouncing_disk_ros.core.flight import Launch, never_leaves, search_impact, separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after
 from bouncing_disk_ros.core.platform import Jet, Record, axial_jet, steady_motion
 from bouncing_disk_ros.core.restitution import rebound
@@ -32,7 +32,7 @@ MAP_FLIES = 3
 
 GRAVITY = 1.0 / math.pi
 """g in the map's units."""
-_SEARCHES = 64  # of `first_impact` for one flight: far more than any needs
+_SEARCHES = 64  # of `search_impact` for one flight: far more than any needs
 ORBIT_TAU, ORBIT_W, ORBIT_DELAY, ORBIT_KIND = range(4)
 """Columns of what `axial_orbit` writes."""
 
@@ -57,10 +57,10 @@ def axial_motion(forcing: float) -> Record:
 def landing(
     motion: Record, launch: Launch, jet: Jet, start: float, horizon: float
 ) -> tuple[float, float]:
-    """Delay and w_A of the impact that ends a flight, as `first_impact`; nan if it is not found."""
+    """Delay and w_A of the impact that ends a flight (`search_impact`); nan if it is not found."""
     d, w = start, 1.0
     for _ in range(_SEARCHES):
-        d, w = first_impact(motion, launch, jet, d, horizon)
+        d, w, _ = search_impact(motion, launch, jet, d, horizon)
         if not w > 0.0:
             return d, w
     return math.nan, math.nan

@@ -148,11 +148,10 @@ def _label_early(
     # chaotic attractors are the last: without them all other labels are the same
     others = tuple(one for one in attractors.found if one.kind is not AttractorKind.CHAOTIC)
     quiet = attractors._replace(found=others)
-    platform = section.axial_forcing, section.restitution
     for impacts in EARLY:
         _label(quiet, section, tau, w, rule._replace(cap=impacts), found)
         left = np.flatnonzero(found.label == UNRESOLVED)
-        after = iterated(tau[left], w[left], platform, impacts)
+        after = iterated(tau[left], w[left], section.axial_parameters, impacts)
         for label, region in regions.items():
             found.label[left[region.hold(*after[:2])]] = label
 
@@ -168,8 +167,7 @@ def label_followed(
     known = known_points(*_periodic_points(attractors), rule.repetitions)
     after_contact = attractors.after_contact
     lane_rule = LaneRule(rule.tolerance, float(REACHED), after_contact, after_contact, rule.cap)
-    platform = (float(section.axial_forcing), float(section.restitution))
-    label_lanes(tau, w, *platform, known, lane_rule, found)
+    label_lanes(tau, w, *section.axial_parameters, known, lane_rule, found)
 
 
 def impacts_needed(attractors: Attractors, tolerance: float) -> int:
@@ -202,8 +200,7 @@ def chaotic_labels(
 ) -> Labels:  # fmt: skip
     """Labels of starts that the cap left open, by the cells of the chaotic attractors."""
     tau, w = tau.copy(), w.copy()
-    forcings = np.full_like(tau, section.axial_forcing)
-    restitutions = np.full_like(tau, section.restitution)
+    forcings, restitutions = (np.full_like(tau, value) for value in section.axial_parameters)
     counts = np.zeros((len(tau), 2), np.int64)
     iterate_axial(tau, w, forcings, restitutions, rule.cap, counts)
     chaotic = [i for i, a in enumerate(attractors.found) if a.kind is AttractorKind.CHAOTIC]

@@ -8,7 +8,7 @@ attractors live side by side. Dimensionless, as in `next_collision`.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import astuple, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -71,9 +71,7 @@ def begin(section: NextCollisionMap, start: MapState | None = None) -> Array:
     InputError for a start out of range, or where there is no period-1 orbit.
     """
     if start is None:
-        orbit = fixed_point(
-            section.axial_forcing, section.restitution, section.phase_lag, section.angular_forcing
-        )
+        orbit = fixed_point(*astuple(section))
         start = orbit.state
         if not orbit.stable:
             start = start._replace(forcing_phase=start.forcing_phase + _BESIDE)
@@ -105,9 +103,8 @@ def follow(
     rows = np.empty((len(state), kept, ORBIT_TURNED + 1))
     results = np.empty((len(state), MEASURED + 1))
     for i, here in enumerate(sections):
-        parameters = [float(getattr(here, name)) for name in AXES]
         for one in zip(state, rows, results, strict=True):
-            if not measure_attractor(one[0], *parameters, settling, measured, *one[1:]):
+            if not measure_attractor(one[0], *astuple(here), settling, measured, *one[1:]):
                 one[1].fill(math.nan)
         _fill(branch, slice(i * len(state), (i + 1) * len(state)), rows, results, state)
     _leave_out_unknown_speeds(branch, sections, measured)
@@ -140,8 +137,7 @@ def from_starts(
     if not starts:
         raise InputError("starts", "none", "at least one start")
     states = np.concatenate([begin(here, start) for here in sections for start in starts])
-    fixed = [[float(getattr(here, name)) for name in AXES] for here in sections]
-    parameters = np.repeat(np.array(fixed), len(starts), axis=0)
+    parameters = np.repeat([astuple(here) for here in sections], len(starts), axis=0)
     branch = _empty(values, len(starts), kept)
     size = max(LEAST_TOGETHER, ROWS_TOGETHER // kept)
     for first in range(0, len(states), size):
@@ -161,8 +157,7 @@ def _leave_out_unknown_speeds(
     """Put nan for the speeds of trajectories with contact that is forgotten before the next."""
     for i, here in enumerate(sections):
         touches = branch.contacts[i] > 0.0
-        place = float(here.axial_forcing), float(here.restitution)
-        if touches.any() and contact_is_forgotten(*place, measured):
+        if touches.any() and contact_is_forgotten(*here.axial_parameters, measured):
             branch.mean_speed[i, touches] = math.nan
             branch.mean_speed_per_impact[i, touches] = math.nan
 

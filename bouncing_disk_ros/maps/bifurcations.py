@@ -16,7 +16,13 @@ from typing import NamedTuple
 import numpy as np
 
 from bouncing_disk_ros.errors import InputError, closest
-from bouncing_disk_ros.maps.axial_iteration import impacts_before_contact
+from bouncing_disk_ros.maps.axial_map import (
+    MAP_IMPACT,
+    ORBIT_KIND,
+    ORBIT_TAU,
+    ORBIT_W,
+    axial_orbit,
+)
 from bouncing_disk_ros.maps.next_collision import Array, MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import (
     PeriodicOrbit,
@@ -233,8 +239,10 @@ def contact_onset(
 
 def _without_contact(section: NextCollisionMap, start: MapState, impacts: int) -> MapState | None:
     """The state after some impacts; None where a complete chatter comes before."""
-    state = np.array(section.checked(start)[:2])
-    axial_forcing, restitution = float(section.axial_forcing), float(section.restitution)
-    if impacts_before_contact(state, axial_forcing, restitution, impacts) >= 0:
+    tau, w, _ = section.checked(start)
+    rows = np.empty((impacts + 1, 4))
+    rows[0] = tau, w, 0.0, MAP_IMPACT
+    axial_orbit(tau, w, *section.axial_parameters, impacts, rows[1:])
+    if (rows[:, ORBIT_KIND] != MAP_IMPACT).any():
         return None
-    return MapState(float(state[0]), float(state[1]))
+    return MapState(float(rows[-1, ORBIT_TAU]), float(rows[-1, ORBIT_W]))

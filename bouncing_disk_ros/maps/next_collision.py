@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -82,13 +82,20 @@ class NextCollisionMap:
         _check("phase_lag", self.phase_lag, fine, "a finite number, rad (θ)")
         fine = self.angular_forcing > 0.0
         _check("angular_forcing", self.angular_forcing, fine, "a number > 0, or inf (Γ_T)")
+        for name, value in vars(self).items():
+            object.__setattr__(self, name, float(value))
+
+    @property
+    def axial_parameters(self) -> tuple[float, float]:
+        """Γ and ε, which the axial part depends on."""
+        return self.axial_forcing, self.restitution
 
     def orbit(self, start: MapState, impacts: int) -> Impacts:
         """The next impacts after `start`; fewer where contact then lasts for good (Γ ≤ 1/π)."""
         tau, w, omega = self.checked(start)
         _check("impacts", impacts, impacts >= 0, "a whole number >= 0")
         out = np.zeros((impacts, ORBIT_TURNED + 1))
-        n = collision_orbit(tau, w, omega, *self._parameters, impacts, out)
+        n = collision_orbit(tau, w, omega, *astuple(self), impacts, out)
         if n and out[n - 1, ORBIT_KIND] == MAP_REST:
             n -= 1
         rows = out[:n]
@@ -134,20 +141,11 @@ class NextCollisionMap:
         tau = tau if tau < math.tau else 0.0
         return tau, w, slip + math.cos(tau + self.phase_lag)
 
-    @property
-    def _parameters(self) -> tuple[float, float, float, float]:
-        return (
-            float(self.axial_forcing),
-            float(self.restitution),
-            float(self.phase_lag),
-            float(self.angular_forcing),
-        )
-
     def _step_jacobian(self, start: MapState, end: MapState) -> Array:
         """Derivatives over one impact; α̇ of the flight first, then w_T = α̇ − cos(τ + θ)."""
         tau, w, omega = self.checked(start)
         states, axial = np.zeros((2, 3)), np.zeros((2, 4))
-        contact = axial_tangent(tau, w, self.axial_forcing, self.restitution, 1, states, axial) > 0
+        contact = axial_tangent(tau, w, *self.axial_parameters, 1, states, axial) > 0
         total = np.zeros((3, 3))
         total[:2, :2] = axial[:, :2]
         slip, turn = start.angular_impact_velocity, -math.sin(tau + self.phase_lag)

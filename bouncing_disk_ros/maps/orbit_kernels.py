@@ -10,9 +10,9 @@ import math
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, sincos, wrapped
-from bouncing_disk_ros.core.compilation import entry, kernel
+from bouncing_disk_ros.core.compilation import entry
 from bouncing_disk_ros.core.flight import Launch, gap_after, separation_phase
-from bouncing_disk_ros.core.platform import Record, axial_jet
+from bouncing_disk_ros.core.platform import axial_jet
 from bouncing_disk_ros.core.restitution import rebound
 from bouncing_disk_ros.maps.axial_map import (
     GRAVITY,
@@ -31,18 +31,24 @@ from bouncing_disk_ros.maps.axial_map import (
 # in each of these windows the gap has one minimum, or none.
 
 
-@kernel
-def flight_clearance(motion: Record, tau: float, u: float, d: float) -> float:
-    """Least minimum of the gap inside a flight of d rad from gap = 0; inf where it has none."""
+@entry(types.UniTuple(types.float64, 2)(*[types.float64] * 5))
+def clearance_of(
+    tau: float, w: float, delay: float, forcing: float, restitution: float
+) -> tuple[float, float]:
+    """Least minimum of the gap, πg/ω², in the flight of `delay` rad after an impact with (τ, w).
+
+    And how long after the impact it is, rad; (inf, nan) where the gap has none.
+    """
+    motion = axial_motion(forcing)
     leave = separation_phase(motion, GRAVITY)
-    least = math.inf
+    least, place = math.inf, math.nan
     if leave < 0.0:
-        return least
+        return least, place
     sine, cosine = sincos(tau)
-    launch = Launch(0.0, sine, cosine, GRAVITY, 0.0, u)
+    launch = Launch(0.0, sine, cosine, GRAVITY, 0.0, rebound(w, restitution))
     begin = leave - tau
-    while begin < d:
-        end = min(begin + math.pi - 2.0 * leave, d)
+    while begin < delay:
+        end = min(begin + math.pi - 2.0 * leave, delay)
         low = max(begin, 0.0)
         if (
             low < end
@@ -57,15 +63,11 @@ def flight_clearance(motion: Record, tau: float, u: float, d: float) -> float:
                 else:
                     high = middle
                 middle = 0.5 * (low + high)
-            least = min(least, gap_after(motion, launch, middle)[0])
+            gap = gap_after(motion, launch, middle)[0]
+            if gap < least:
+                least, place = gap, middle
         begin += TWO_PI
-    return least
-
-
-@entry(types.float64(*[types.float64] * 5))
-def clearance_of(tau: float, w: float, delay: float, forcing: float, restitution: float) -> float:
-    """`flight_clearance` of the flight of `delay` rad after an impact with (τ, w), in πg/ω²."""
-    return flight_clearance(axial_motion(forcing), tau, rebound(w, restitution), delay)
+    return least, place
 
 
 # ------------------------------------------------------------------------------------------------

@@ -153,15 +153,10 @@ def followed(
 ) -> tuple[Array, Array, int]:
     """States (n + 1, 3), derivatives (2, 4) and contacts, by maps/map_tangent.py."""
     states, tangent = np.zeros((impacts + 1, 3)), np.zeros((2, 4))
-    axial_forcing, restitution = float(section.axial_forcing), float(section.restitution)
-    contacts = axial_tangent(tau, w, axial_forcing, restitution, impacts, states, tangent)
+    contacts = axial_tangent(tau, w, *section.axial_parameters, impacts, states, tangent)
     if contacts < 0:
-        raise InputError(
-            "axial_forcing",
-            axial_forcing,
-            "above 1/π = 0.3183",
-            "Here the disk comes to rest on the platform",
-        )
+        hint = "Here the disk comes to rest on the platform"
+        raise InputError("axial_forcing", section.axial_forcing, "above 1/π = 0.3183", hint)
     return states, tangent, contacts
 
 

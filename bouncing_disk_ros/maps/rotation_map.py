@@ -10,12 +10,10 @@ those of `axial_map` by rounding.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from numba import types
 
 from bouncing_disk_ros.core.arithmetic import sincos
-from bouncing_disk_ros.core.brake import sign_of
 from bouncing_disk_ros.core.chatter import (
     BOUNCES,
     COMPLETES,
@@ -23,13 +21,10 @@ from bouncing_disk_ros.core.chatter import (
     chatter_sums,
     chatter_verdict,
 )
-from bouncing_disk_ros.core.compilation import entry, kernel, rare_kernel
-from bouncing_disk_ros.core.contact_events import load, slide
-from bouncing_disk_ros.core.contact_table import what_holds
+from bouncing_disk_ros.core.compilation import entry, kernel
+from bouncing_disk_ros.core.contact_events import load
 from bouncing_disk_ros.core.flight import Launch, gap_after, separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after
-from bouncing_disk_ros.core.layout import SEPARATION, SLIP, SLIP_ENDS, Slide
-from bouncing_disk_ros.core.next_event import after_sliding, after_sticking
 from bouncing_disk_ros.core.platform import (
     Record,
     angular_jet,
@@ -48,6 +43,7 @@ from bouncing_disk_ros.maps.axial_map import (
     landing,
     launched_impact,
 )
+from bouncing_disk_ros.maps.contact_run import Stretch, contact_run
 
 ORBIT_SPEED, ORBIT_TURNED = ORBIT_KIND + 1, ORBIT_KIND + 2
 """Columns of what `collision_orbit` writes, after those of `axial_map`."""
@@ -55,19 +51,8 @@ MEAN_PER_TIME, MEAN_PER_IMPACT, LYAPUNOV, CONTACT_COUNT, MEASURED = range(5)
 """What `measure_attractor` writes into its results."""
 AT_REST = (1.5 * math.pi, 0.0, 0.0, 1.0, 0.0)
 """The state of a disk that contact lasts for: at the lowest point, with any vector."""
-_MOST_EVENTS = 100_000  # of one contact: far more than any has
+_MOST_PHASES = 100_000  # of one contact: far more than any has
 Collision = tuple[int, float, float, float, float, float]  # kind, τ, w, α̇, delay, angle turned
-
-
-class ContactState(NamedTuple):
-    """The disk on the platform, with the fields of layout.STATE_DTYPE that kernels read."""
-
-    tau: float
-    sine: float
-    cosine: float
-    slip_sign: float
-    drag: float
-    omega: float
 
 
 @kernel
@@ -83,45 +68,12 @@ def map_disk(restitution: float, angular_forcing: float) -> MapDisk:
     return MapDisk(restitution, GRAVITY, 1.0 / angular_forcing, 0.0, 0.0)
 
 
-@rare_kernel
-def contact_until_flight(
-    motion: Record, disk: Record, tau: float, omega: float
-) -> tuple[float, float, float]:
-    """Duration, α̇ at its end and angle turned in contact from τ until separation, which comes."""
-    # The loop of single_toss.py with three sums in place of a state record and its energy ledger:
-    # the map would need work space, and integrals at each slip that nobody reads.
-    lasted = turned = 0.0
-    sine, cosine = sincos(tau)
-    b = angular_jet(motion, sine, cosine, 0.0)
-    a, _ = load(motion, disk.g, axial_jet(motion, sine, cosine, 0.0))
-    sign = float(what_holds(sign_of(omega - b[1]), 0, 0, disk, a, b)[0])
-    for _ in range(_MOST_EVENTS):
-        state = ContactState(tau, sine, cosine, sign, disk.lag, omega)
-        if sign == 0.0:
-            kind, d, value, _ = after_sticking(state, motion, disk, 0.0, math.inf)
-        else:
-            kind, d, value, _ = after_sliding(state, motion, disk, 0.0, math.inf)
-            begin = Slide(0.0, tau, sine, cosine, sign, disk.lag)
-            rotation = slide(motion, disk, begin, omega, d)
-            turned += rotation[0]
-            omega = rotation[1]
-        lasted += d
-        tau = separation_phase(motion, disk.g) if kind == SEPARATION else phase_after(tau, d)[1]
-        sine, cosine = sincos(tau)
-        end = angular_jet(motion, sine, cosine, 0.0)
-        if sign == 0.0:
-            turned += end[0] - b[0]
-            omega = end[1]
-        if kind == SEPARATION:
-            return lasted, omega, turned
-        b = end
-        if kind == SLIP:
-            sign = value
-        elif kind == SLIP_ENDS:
-            a = disk.g + axial_jet(motion, sine, cosine, 0.0)[2]
-            sign = float(what_holds(0, 0, 0, disk, a, b)[0])
-            omega = b[1] if sign == 0.0 else omega
-    return math.nan, math.nan, math.nan
+@kernel
+def _sum_nothing(_sums: float, _motion: Record, _disk: Record, _stretch: Stretch) -> None:
+    """Nothing is summed up but what `contact_run` returns."""
+
+
+_contact_until_flight = contact_run(_sum_nothing)
 
 
 @kernel
@@ -161,7 +113,7 @@ def next_collision(motion: Record, disk: Record, tau: float, w: float, omega: fl
         if separation_phase(motion, disk.g) < 0.0:
             return MAP_REST, math.nan, math.nan, math.nan, math.inf, math.nan
         kind = MAP_CONTACT
-        d, omega, angle = contact_until_flight(motion, disk, tau, omega)
+        d, omega, angle, _ = _contact_until_flight(motion, disk, tau, omega, _MOST_PHASES, 0.0)
         waited += d
         turned += angle
         tau = separation_phase(motion, disk.g)

@@ -72,18 +72,13 @@ def settled_speed(found: Attractor, section: NextCollisionMap, start: float = 0.
     unknown = found.chatters and not found.cycles
     if unknown or not largest_change(section, found.velocities) >= LEAST_CHANGE:
         return math.nan
-    given = (
-        float(section.axial_forcing), float(section.restitution), float(section.phase_lag),
-        float(section.angular_forcing),
-    )  # fmt: skip
-    settled = repeated_speed(lambda speed: _repetition(found, given, speed)[0], start)
-    return _repetition(found, given, settled)[1]
+    settled = repeated_speed(lambda speed: _repetition(found, section, speed)[0], start)
+    return _repetition(found, section, settled)[1]
 
 
-def _repetition(
-    found: Attractor, given: tuple[float, float, float, float], speed: float
-) -> tuple[float, float]:
+def _repetition(found: Attractor, section: NextCollisionMap, speed: float) -> tuple[float, float]:
     """Speed (ωΦ) after one repetition that begins with `speed`, and its mean in time."""
+    given = section.axial_forcing, section.restitution, section.phase_lag, section.angular_forcing
     first = float(found.forcing_phases[0]), float(found.velocities[0])
     if not found.chatters:
         impacts = len(found.forcing_phases) if found.cycles else IMPACTS

@@ -16,7 +16,7 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bouncing_disk_ros.core.layout import LEDGER_FIELDS, STATE_DTYPE, disk_record
+from bouncing_disk_ros.core.layout import LEDGER_FIELDS, disk_record
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.field_checks import numbers
@@ -100,9 +100,8 @@ class TossTable:
         self.starts = starts
         self.out = np.empty((len(starts), 4))  # columns: single_toss.RESULT_…
         self.code = np.empty(len(starts), np.int8)
-        state, ledger = np.zeros(1, STATE_DTYPE), np.zeros((2, len(LEDGER_FIELDS)))
-        record = disk_record(disk, 0.0)
-        self._arguments = starts, frequency, record, events, state, ledger, self.out, self.code
+        ledger, record = np.zeros((2, len(LEDGER_FIELDS))), disk_record(disk, 0.0)
+        self._arguments = starts, frequency, record, events, ledger, self.out, self.code
 
     def compute(self) -> None:
         """Write a row of `out` and `code` for each row of `starts`."""

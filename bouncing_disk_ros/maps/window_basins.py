@@ -87,7 +87,7 @@ def _go_on_after_contact(
     rows, columns = chattered = np.nonzero(labels.label == IN_CONTACT)
     if not len(rows) or after < 0 or known.found[after].kind is not AttractorKind.PERIODIC:
         return
-    platform = float(section.axial_forcing), float(section.restitution)
+    platform = section.axial_parameters
     states = np.stack((tau[columns], w[rows]), axis=1)
     iterate_forwards(states, labels.impacts[chattered].astype(np.int64), *platform)
     next_one = np.empty((1, 4))

@@ -26,14 +26,14 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import from_dtype, types
+from numba import typeof, types
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI, sincos, sincos_excess
 from bouncing_disk_ros.core.chatter import SLOW
 from bouncing_disk_ros.core.compilation import entry, kernel, rare_kernel
 from bouncing_disk_ros.core.energy_ledger import Ledger
 from bouncing_disk_ros.core.forcing_clock import Clock, instant_of, seconds_between
-from bouncing_disk_ros.core.impact_log import ROWS, Rows
+from bouncing_disk_ros.core.impact_log import Rows
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
     DISK,
@@ -45,7 +45,6 @@ from bouncing_disk_ros.core.layout import (
     MOTION,
     NEVER,
     NOTHING,
-    STATE,
     STATE_DTYPE,
     UNKNOWN,
 )
@@ -717,27 +716,33 @@ def _measure(
     return NOT_SETTLED
 
 
-_NUMBERS = types.Array(types.int64, 1, "C")
+def workspace() -> Bench:
+    """What one thread works in: three disks that are run or looked at, looks, and flights."""
+    flights = Flights(np.empty(_MOST_FLIGHTS, FLIGHT_DTYPE), np.zeros(1, np.int64), np.zeros(6))
+    rows = np.zeros(4, IMPACT_DTYPE)
+    rotor, other, probe = (
+        Rotor(
+            np.zeros(1, STATE_DTYPE), np.zeros(1, DISK_DTYPE), np.zeros((2, len(LEDGER_FIELDS))),
+            rows, np.zeros(1, IMPACT_DTYPE), np.zeros(_RUN), flights, np.zeros(1, np.int64),
+        )
+        for _ in range(3)
+    )  # fmt: skip
+    ring, marks = np.zeros((LONGEST_CYCLE, SEEN)), np.zeros((BATCHES + 1, SEEN))
+    return Bench(rotor, other, probe, ring, marks, np.zeros(BATCHES))
+
+
 _TABLE = types.Array(types.float64, 2, "C")
 _TABLES = types.Array(types.float64, 3, "C")
 
 
 @entry(
     types.void(
-        STATE, DISK, _TABLES, ROWS, ROWS, _TABLE, _TABLE, from_dtype(FLIGHT_DTYPE)[::1], _NUMBERS,
-        MOTION, DISK, _TABLE, types.int64, types.int64, types.int64, _TABLES, _TABLE,
+        typeof(workspace()), MOTION, DISK, _TABLE, types.int64, types.int64, types.int64, _TABLES,
+        _TABLE,
     )
 )  # fmt: skip
 def measure_motors(
-    states: Record,
-    running: Record,
-    ledgers: Ledger,
-    rows: Rows,
-    open_rows: Rows,
-    runs: Floats,
-    tables: Floats,
-    found: Record,
-    numbers: Ints,
+    bench: Bench,
     motions: Record,
     disks: Record,
     begins: Floats,
@@ -749,30 +754,20 @@ def measure_motors(
 ) -> None:
     """Write the means of each disk on its platform into out (n, MEANS_COLUMNS), nan where unknown.
 
-    The first arguments are a `workspace`. `begins` (n, BEGINS) says where each one starts. In rows
-    of `row` disks (0: none) each but the first one starts where the one before has ended: just
-    after its last impact, or on the platform. `measured` and `longest` are the periods of the first
-    stretch and of all. batches (n, BATCHES, MEANS_COLUMNS): the means over the parts of a stretch;
-    nan where the state comes back.
+    `bench` is a `workspace`. `begins` (n, BEGINS) says where each one starts. In rows of `row`
+    disks (0: none) each but the first one starts where the one before has ended: just after its
+    last impact, or on the platform. `measured` and `longest` are the periods of the first stretch
+    and of all. batches (n, BATCHES, MEANS_COLUMNS): the means over the parts of a stretch; nan
+    where the state comes back.
     """
-    flights = Flights(found, numbers[3:4], tables[LONGEST_CYCLE + BATCHES + 2])
-    rotors = [
-        Rotor(states[j : j + 1], running[j : j + 1], ledgers[j], rows, open_rows[j : j + 1],
-              runs[j], flights, numbers[j : j + 1])
-        for j in range(3)
-    ]  # fmt: skip
-    parts = tables[LONGEST_CYCLE + BATCHES + 1]
-    bench = Bench(
-        rotors[0], rotors[1], rotors[2], tables[:LONGEST_CYCLE],
-        tables[LONGEST_CYCLE : LONGEST_CYCLE + BATCHES + 1], parts,
-    )  # fmt: skip
+    rotor = bench.rotor
     for i in range(len(out)):
         motion = motions[i]
         out[i, :] = math.nan
         batches[i, :] = math.nan
         known = begins[i, BEGIN_SETTLING] >= 0.0
         if known:
-            running[0] = disks[i]
+            rotor.disks[0] = disks[i]
             out[i, OUTCOME] = _measure(
                 bench, motion, begins[i], measured, longest, batches[i], out[i]
             )
@@ -781,22 +776,7 @@ def measure_motors(
         begins[i + 1, BEGIN_TAU], begins[i + 1, BEGIN_U] = LOOK_AT, 0.0
         if not known:
             begins[i + 1, BEGIN_TAU : BEGIN_U + 1] = begins[i, BEGIN_TAU : BEGIN_U + 1]
-        elif runs[0, RUN_U] > 0.0 and out[i, IMPACT_RATE] != 0.0:
+        elif rotor.run[RUN_U] > 0.0 and out[i, IMPACT_RATE] != 0.0:
             scale = disks[i + 1].g * motion.omega / (disks[i].g * motions[i + 1].omega)
-            begins[i + 1, BEGIN_TAU] = runs[0, RUN_TAU]
-            begins[i + 1, BEGIN_U] = runs[0, RUN_U] * scale
-
-
-def workspace() -> tuple[Any, ...]:
-    """What one thread works in: three disks that are run or looked at, looks, and flights."""
-    return (
-        np.zeros(3, STATE_DTYPE),
-        np.zeros(3, DISK_DTYPE),
-        np.zeros((3, 2, len(LEDGER_FIELDS))),
-        np.zeros(4, IMPACT_DTYPE),
-        np.zeros(3, IMPACT_DTYPE),
-        np.zeros((3, _RUN)),
-        np.zeros((LONGEST_CYCLE + BATCHES + 3, max(SEEN, BATCHES))),
-        np.empty(_MOST_FLIGHTS, FLIGHT_DTYPE),
-        np.zeros(4, np.int64),
-    )
+            begins[i + 1, BEGIN_TAU] = rotor.run[RUN_TAU]
+            begins[i + 1, BEGIN_U] = rotor.run[RUN_U] * scale

@@ -134,7 +134,7 @@ def measure(motors: Sequence[tuple[Motion, Disk]], run: Run, row: int = 0) -> Mo
         order = np.lexsort((motions["a"], motions["f"], disks["g"], disks["restitution"]))
     found, parts = np.empty_like(out), np.empty_like(batches)
     measure_motors(
-        *workspace(), motions[order], disks[order], begins[order], followed, run.measured,
+        workspace(), motions[order], disks[order], begins[order], followed, run.measured,
         run.longest, parts, found,
     )  # fmt: skip
     out[order], batches[order] = found, parts

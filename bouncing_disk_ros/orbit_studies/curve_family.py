@@ -42,8 +42,9 @@ def curve_family(
     >>> curve_family(NextCollisionMap(0.45, 0.5), doublings=0, largest_step=0.05)
     """
     window = (window or Window()).checked()
-    place = section.axial_forcing, section.restitution
-    for name, value, (low, high) in zip(Window._fields, place, window, strict=True):
+    for name, value, (low, high) in zip(
+        Window._fields, section.axial_parameters, window, strict=True
+    ):
         if not low <= value <= high:
             raise InputError(name, value, f"a value within the window, {low:g} to {high:g}")
     starts = [(s.forcing_phase, s.axial_impact_velocity) for s in spread_starts(STARTS, LOWEST)]
@@ -82,8 +83,6 @@ def _orbits(
 
 def _contact(section: NextCollisionMap, window: Window, largest_step: float) -> list[Curve]:
     try:
-        return contact_curves(
-            section.axial_forcing, section.restitution, window, largest_step=largest_step
-        )
+        return contact_curves(*section.axial_parameters, window, largest_step=largest_step)
     except InputError:  # contact comes back too late to be followed
         return []

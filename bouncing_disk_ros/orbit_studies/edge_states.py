@@ -101,11 +101,10 @@ def _followed(section: NextCollisionMap, pair: Array) -> tuple[list[Array], Arra
     """Impacts of a pair up to where it is apart; the pair there."""
     found: list[Array] = []
     one = np.ones(2, np.int64)
-    platform = float(section.axial_forcing), float(section.restitution)
     for _ in range(10_000):
         states = pair.copy()
         states[:, 0] %= math.tau
-        iterate_forwards(states, one, *platform)
+        iterate_forwards(states, one, *section.axial_parameters)
         if not np.all(np.isfinite(states)):
             break
         pair = states

@@ -141,7 +141,7 @@ def fates(
     attractor is reached at no time that is known: it is lost where another one is reached.
     """
     states = np.empty((len(flights), 3))
-    land_from_height(np.ascontiguousarray(flights), float(section.axial_forcing), states)
+    land_from_height(np.ascontiguousarray(flights), section.axial_forcing, states)
     tau, w = states[:, 0].copy(), np.minimum(states[:, 1], -1e-300)
     if known.found[label].kind is AttractorKind.CHAOTIC:
         return _fates_of(label_starts(known, section, tau, w).label, label)

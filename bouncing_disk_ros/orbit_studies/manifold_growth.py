@@ -146,7 +146,7 @@ class _Branch:
     ) -> None:
         self.rule, self.which = rule, which
         section = saddle.map
-        self.platform = float(section.axial_forcing), float(section.restitution)
+        self.platform = section.axial_parameters
         self.place = np.array([saddle.forcing_phase[i], saddle.axial_impact_velocity[i]])
         outer, inner = (m.real for m in saddle.multipliers)
         size = 1.0 / inner if which is Stability.STABLE else outer

@@ -22,9 +22,6 @@ from bouncing_disk_ros.orbit_studies.orbit_equations import (
     PARAMETERS,
     CurveKind,
     OrbitSystem,
-    admissible,
-    clearances,
-    flights,
 )
 
 _STEP, _SMALLEST, _MOST = 0.01, 1e-7, 3000
@@ -133,7 +130,7 @@ def impact_times(orbit: PeriodicOrbit) -> Array:
 def starts_of(orbit: PeriodicOrbit, window: Window) -> Iterator[Start]:
     """Special solutions on the branches of an orbit along Γ and along ε, to both sides."""
     times = impact_times(orbit)
-    own = orbit.map.axial_forcing, orbit.map.restitution
+    own = orbit.map.axial_parameters
     for axis in PARAMETERS:
         index = PARAMETERS.index(axis)
         system = OrbitSystem(orbit.impacts, orbit.cycles, None, 0, (axis,), own)
@@ -157,7 +154,7 @@ def _along(system: OrbitSystem, start: Point, limits: tuple[float, float]) -> It
         for kind in (CurveKind.FOLD, CurveKind.DOUBLING):
             if values[kind] * after[kind] < 0.0:
                 yield from _refined(system, before, point, kind)
-        if not _is_motion(system, point):
+        if not system.is_motion(point.unknowns):
             yield from _graze(system, before, point)
             return
         if not limits[0] <= point.unknowns[-1] <= limits[1] or count > _MOST:
@@ -168,11 +165,6 @@ def _along(system: OrbitSystem, start: Point, limits: tuple[float, float]) -> It
 def _tests(system: OrbitSystem, point: Point) -> dict[CurveKind, float]:
     doubling, fold = system.multiplier_defects(point.unknowns)
     return {CurveKind.DOUBLING: doubling, CurveKind.FOLD: fold}
-
-
-def _is_motion(system: OrbitSystem, point: Point) -> bool:
-    times = system.split(point.unknowns)[0]
-    return admissible(times, system.cycles, *system.parameters(point.unknowns))
 
 
 def _refined(system: OrbitSystem, before: Point, after: Point, kind: CurveKind) -> Iterator[Start]:
@@ -190,20 +182,17 @@ def _graze(system: OrbitSystem, before: Point, after: Point) -> Iterator[Start]:
     A flight touches the platform on the way; or an impact comes to speed 0: then it is a graze of
     the orbit without that impact.
     """
-    times = system.split(after.unknowns)[0]
-    place = system.parameters(after.unknowns)
-    found = flights(times, system.cycles, *(np.array([one]) for one in place))
-    weakest = int(np.argmax(found.before))
-    if found.before[weakest] >= 0.0:
+    before_impacts = system.flights(after.unknowns).before
+    weakest = int(np.argmax(before_impacts))
+    if before_impacts[weakest] >= 0.0:
         yield from _lost_impact(system, before, weakest)
         return
-    least = clearances(times, system.cycles, *place)
-    flight = int(np.argmin(least))
+    flight = int(np.argmin(system.clearances(after.unknowns)[:, 0]))
     special = OrbitSystem(system.impacts, system.cycles, CurveKind.GRAZE, flight)
     for point in (before, after):
         own = system.split(point.unknowns)[0]
-        touch = lowest_time(own, system.cycles, system.parameters(point.unknowns), flight)
-        solved = list(_solved(system, special, own, point.unknowns, np.array([touch])))
+        touch = np.array([own[flight] + system.clearances(point.unknowns)[flight, 1]])
+        solved = list(_solved(system, special, own, point.unknowns, touch))
         if solved:
             yield from solved
             return
@@ -235,18 +224,3 @@ def _solved(
     found = corrected(special, guess, normal, place[held])
     if found is not None and float(np.max(np.abs(found - guess))) < 0.2:
         yield Start(special, found)
-
-
-def lowest_time(times: Array, cycles: int, place: tuple[float, float], flight: int) -> float:
-    """Where the gap inside a flight is least, away from its ends (rad), on a fine grid."""
-    forcing = place[0]
-    found = flights(times, cycles, *(np.array([one]) for one in place))
-    duration, launch = float(found.duration[flight]), float(found.launch[flight])
-    since = duration * np.linspace(0.0, 1.0, 2001)
-    tau = times[flight] + since
-    height = forcing * (math.sin(times[flight]) - np.sin(tau))
-    gap = height + launch * since - since * since / math.tau
-    inner = np.flatnonzero((gap[1:-1] <= gap[:-2]) & (gap[1:-1] <= gap[2:])) + 1
-    if not len(inner):
-        return float(tau[1000])
-    return float(tau[inner[np.argmin(gap[inner])]])

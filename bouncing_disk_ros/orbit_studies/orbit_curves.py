@@ -28,9 +28,6 @@ from bouncing_disk_ros.orbit_studies.arclength import (
 from bouncing_disk_ros.orbit_studies.orbit_equations import (
     CurveKind,
     OrbitSystem,
-    admissible,
-    clearances,
-    flights,
     flip_coefficient,
     fold_coefficient,
 )
@@ -123,16 +120,11 @@ def traced_curve(
     special = tracer.special_points(points)
     rows = np.array([p.unknowns for p in points])
     n = system.impacts
-    allowed = [_admissible(system, row) for row in rows]
+    allowed = [system.is_motion(row) for row in rows]
     return Curve(
         system.kind or CurveKind.FOLD, n, system.cycles, rows[:, -2].copy(), rows[:, -1].copy(),
         rows[:, :n] % math.tau, np.array(allowed, bool), tuple(special),
     )  # fmt: skip
-
-
-def _admissible(system: OrbitSystem, unknowns: Array) -> bool:
-    times, _, forcing, restitution = system.split(unknowns)
-    return admissible(times, system.cycles, float(forcing[0]), float(restitution[0]))
 
 
 class _Tracer:
@@ -161,8 +153,8 @@ class _Tracer:
 
     def _broken(self, point: Point) -> bool:
         """Whether an impact has vanished: the orbit is one of fewer impacts from there on."""
-        times, touch, forcing, restitution = self.system.split(point.unknowns)
-        found = flights(times, self.system.cycles, forcing, restitution)
+        times, touch, _, _ = self.system.split(point.unknowns)
+        found = self.system.flights(point.unknowns)
         if np.any(found.duration < _SLOW) or np.any(found.before > -_SLOW):
             return True
         if len(touch):
@@ -259,9 +251,8 @@ class _Tracer:
 
     def _clearance(self, point: Point) -> float:
         """Least gap within a flight; of a graze, within the flights that do not touch."""
-        times, touch, forcing, restitution = self.system.split(point.unknowns)
-        found = clearances(times, self.system.cycles, float(forcing[0]), float(restitution[0]))
-        if len(touch):
+        found = self.system.clearances(point.unknowns)[:, 0]
+        if self.system.touches:
             found[self.system.flight] = math.inf
         return float(np.min(found))
 

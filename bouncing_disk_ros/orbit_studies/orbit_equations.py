@@ -4,8 +4,8 @@ Between two impacts the flight is fixed by their times alone, for the gap is 0 a
 of n impacts in k periods is n times with n equations, the impact law v⁺ = (1 + ε)ṡ − ε v⁻ at each.
 Unlike the map these equations have no first root to search for: they stay smooth where a flight is
 tangent to the platform and beyond, where the orbit is no motion of a disk any more. Whether it is
-one is said by `admissible`. They are analytic: values with an imaginary part of `STEP` give exact
-derivatives (complex step), and whole batches are computed at once.
+one is said by `OrbitSystem.is_motion`. They are analytic: values with an imaginary part of `STEP`
+give exact derivatives (complex step), and whole batches are computed at once.
 
 Time is phase, lengths are in πg/ω², velocities in πg/ω (gravity is 1/π).
 
@@ -24,6 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.maps.axial_map import GRAVITY
 from bouncing_disk_ros.maps.orbit_kernels import clearance_of
 
 Array = NDArray[np.float64]
@@ -31,7 +32,6 @@ Values = NDArray[Any]  # float64 or complex128
 
 STEP = 1e-30
 """Imaginary part that gives derivatives: no difference is taken, so none is rounded."""
-GRAVITY = 1.0 / math.pi
 TOUCHES = 1e-12
 """A gap (πg/ω²) above the negative of it counts as not negative."""
 
@@ -95,23 +95,6 @@ def touching(
     return gap, launch - GRAVITY * since - forcing * np.cos(touch)
 
 
-def clearances(times: Array, cycles: int, axial_forcing: float, restitution: float) -> Array:
-    """Least minimum (n,) of the gap inside each flight; inf: it has none, < 0: not a flight."""
-    found = flights(times, cycles, np.array([axial_forcing]), np.array([restitution]))
-    return np.array([
-        clearance_of(float(tau) % math.tau, float(w), float(d), axial_forcing, restitution)
-        for tau, w, d in zip(times, found.before, found.duration, strict=True)
-    ])  # fmt: skip
-
-
-def admissible(times: Array, cycles: int, axial_forcing: float, restitution: float) -> bool:
-    """Whether a solution is a motion of a disk: it hits from above, and no flight is cut short."""
-    found = flights(times, cycles, np.array([axial_forcing]), np.array([restitution]))
-    if np.any(found.duration <= 0.0) or np.any(found.before >= 0.0):
-        return False
-    return bool(np.all(clearances(times, cycles, axial_forcing, restitution) > -TOUCHES))
-
-
 PARAMETERS = ("axial_forcing", "restitution")
 _CIRCLE = 16
 _RADIUS = 0.02
@@ -159,10 +142,33 @@ class OrbitSystem:
         _, _, forcing, restitution = self.split(unknowns)
         return float(forcing[0]), float(restitution[0])
 
+    def flights(self, unknowns: Values) -> Flights:
+        """The flights between the impacts."""
+        times, _, forcing, restitution = self.split(unknowns)
+        return flights(times, self.cycles, forcing, restitution)
+
+    def clearances(self, unknowns: Array) -> Array:
+        """Least minimum of the gap inside each flight, when it is (rad after its begin): (n, 2).
+
+        inf and nan: it has none. A minimum < 0: not a flight.
+        """
+        found, place = self.flights(unknowns), self.parameters(unknowns)
+        return np.array([
+            clearance_of(float(tau) % math.tau, float(w), float(d), *place)
+            for tau, w, d in zip(self.split(unknowns)[0], found.before, found.duration, strict=True)
+        ])  # fmt: skip
+
+    def is_motion(self, unknowns: Array) -> bool:
+        """Whether a solution is a motion of a disk: hits from above, and no flight is cut short."""
+        found = self.flights(unknowns)
+        if np.any(found.duration <= 0.0) or np.any(found.before >= 0.0):
+            return False
+        return bool(np.all(self.clearances(unknowns)[:, 0] > -TOUCHES))
+
     def values(self, unknowns: Values) -> Values:
         """Residuals (…, m) of unknowns (…, N), complex or not."""
         times, touch, forcing, restitution = self.split(unknowns)
-        found = flights(times, self.cycles, forcing, restitution)
+        found = self.flights(unknowns)
         extra: list[Values] = []
         if self.kind in (CurveKind.FOLD, CurveKind.DOUBLING):
             size, sign = self._trace(found, times, forcing, restitution)
@@ -173,9 +179,7 @@ class OrbitSystem:
 
     def __call__(self, unknowns: Array) -> tuple[Array, Array]:
         """Residuals (m,) and their derivatives (m, N)."""
-        batch = unknowns + 1j * STEP * np.eye(len(unknowns))
-        found = self.values(batch)
-        return found[0].real, np.ascontiguousarray((found.imag / STEP).T)
+        return _with_derivatives(self.values, unknowns)
 
     def _trace(
         self, found: Flights, times: Values, forcing: Values, restitution: Values
@@ -187,15 +191,8 @@ class OrbitSystem:
     def multiplier_defects(self, unknowns: Array) -> tuple[float, float]:
         """1 + T + ε²ⁿ, which is 0 at a doubling, and 1 − T + ε²ⁿ, which is 0 at a fold."""
         times, _, forcing, restitution = self.split(unknowns)
-        found = flights(times, self.cycles, forcing, restitution)
-        size, sign = self._trace(found, times, forcing, restitution)
+        size, sign = self._trace(self.flights(unknowns), times, forcing, restitution)
         return float(sign + size), float(sign - size)
-
-
-def defect_of(times: Values, cycles: int, forcing: float, restitution: float) -> Values:
-    """The equations of an orbit alone, at (…, n) times."""
-    given = np.full_like(times[..., :1], forcing), np.full_like(times[..., :1], restitution)
-    return flights(times, cycles, *given).defect
 
 
 def fold_coefficient(
@@ -205,10 +202,7 @@ def fold_coefficient(
 
     q has the sense of `towards`.
     """
-
-    def function(t: Values) -> Values:
-        return defect_of(t, cycles, forcing, restitution)
-
+    function = OrbitSystem(len(times), cycles, free=(), fixed=(forcing, restitution)).values
     left, right = _null_vectors(function, times, towards)
     return float(left @ _taylor(function, times, right)[2])
 
@@ -220,14 +214,12 @@ def flip_coefficient(times: Array, cycles: int, forcing: float, restitution: flo
     sign from one repetition to the next, and h = −½ F′⁻¹F″(q, q), which does not. Where it changes
     sign the fold of 2n impacts begins on the curve. At most 0: the doubled orbit is stable.
     """
-
-    def doubled(t: Values) -> Values:
-        return defect_of(t, 2 * cycles, forcing, restitution)
-
+    fixed = forcing, restitution
+    doubled = OrbitSystem(2 * len(times), 2 * cycles, free=(), fixed=fixed).values
     twice = np.concatenate((times, times + math.tau * cycles))
     left, right = _null_vectors(doubled, twice, np.arange(len(twice), dtype=float))
     along = _taylor(doubled, twice, right)
-    bordered = _bordered(_jacobian(doubled, twice), left, right)
+    bordered = _bordered(_with_derivatives(doubled, twice)[1], left, right)
     shift = np.linalg.solve(bordered, np.append(-along[2], 0.0))[:-1]
     # F″(q, h) by polarisation: the quadratic terms along q ± h
     mixed = _taylor(doubled, twice, right + shift)[2] - _taylor(doubled, twice, right - shift)[2]
@@ -238,9 +230,10 @@ def _bordered(matrix: Array, left: Array, right: Array) -> Array:
     return np.block([[matrix, left[:, None]], [right[None, :], np.zeros((1, 1))]])
 
 
-def _jacobian(function: Callable[[Values], Values], place: Array) -> Array:
+def _with_derivatives(function: Callable[[Values], Values], place: Array) -> tuple[Array, Array]:
+    """Values (m,) of a function at a place (n,), and its derivatives (m, n), by complex steps."""
     found = function(place + 1j * STEP * np.eye(len(place)))
-    return np.ascontiguousarray((found.imag / STEP).T)
+    return found[0].real, np.ascontiguousarray((found.imag / STEP).T)
 
 
 def _null_vectors(
@@ -250,7 +243,7 @@ def _null_vectors(
 
     The determinant of the bordered matrix is never 0, so its sign fixes that of the left one.
     """
-    matrix = _jacobian(function, place)
+    matrix = _with_derivatives(function, place)[1]
     left, _, right = np.linalg.svd(matrix)
     p, q = left[:, -1], right[-1]
     q = q if q @ towards > 0.0 else -q

@@ -101,7 +101,7 @@ def _delays(phases: Array, speeds: Array, section: NextCollisionMap) -> Array:
     if at_rest.any():  # from separation: the gap grows with the third power of time
         flights[at_rest, 0] += _AWAY
         flights[at_rest, 1], flights[at_rest, 2] = _after_separation(section, phases[at_rest])
-    land_from_height(np.ascontiguousarray(flights), float(section.axial_forcing), out)
+    land_from_height(np.ascontiguousarray(flights), section.axial_forcing, out)
     return np.asarray(out[:, 2] + np.where(at_rest, _AWAY, 0.0))
 
 

@@ -17,7 +17,7 @@ from bouncing_disk_ros.proof.event_functions import (
     margin_of,
     slip_of,
 )
-from bouncing_disk_ros.proof.exact_records import DiskRecord, Event, Kind, State
+from bouncing_disk_ros.proof.exact_records import Event, Kind
 from bouncing_disk_ros.proof.platforms import Platform, interval, platform_of, seconds
 from bouncing_disk_ros.proof.positivity import Finding, Sign, positive_from_start
 from bouncing_disk_ros.proof.verdicts import Outcome, Verdict, compared, worst
@@ -32,6 +32,11 @@ def end_of(event: Event) -> float:
         return float(seconds(event.before, event.after.ns, event.after.sub))
     assert event.boundary_ns is not None
     return float(seconds(event.before, event.boundary_ns))
+
+
+def _fastest(event: Event) -> float:
+    """The largest ω of the motion, rad/s."""
+    return 2.0 * math.pi * max(event.motion.f, event.motion.f + event.motion.df)
 
 
 def prove_clock(event: Event, platform: Platform) -> Verdict:
@@ -71,15 +76,8 @@ def prove_flight(event: Event) -> Verdict:
     if event.kind is Kind.IMPACT:
         return worst([_prove_impact(gap, event), clock])
     end = end_of(event)
-    free = _free_until(gap, event, end * (1.0 - 4.0 * HALF_ULP))
+    free = positive_from_start(gap, end * (1.0 - 4.0 * HALF_ULP), _fastest(event))
     return worst([verdict_of(free, gap, end, "gap"), _prove_propagated(gap, event, end), clock])
-
-
-def _free_until(gap: Watched, event: Event, end: float) -> Finding:
-    """Whether the gap is positive from the launch until `end`."""
-    motion = event.motion
-    rate = 2.0 * math.pi * max(motion.f, motion.f + motion.df)
-    return positive_from_start(gap, end, rate)
 
 
 def _prove_impact(gap: Watched, event: Event) -> Verdict:
@@ -88,12 +86,10 @@ def _prove_impact(gap: Watched, event: Event) -> Verdict:
         at_once = event.before.gap == 0.0 and event.before.u == w
         return Verdict(Outcome.PROVED if at_once else Outcome.REFUTED, "an impact at once")
     margin = time_margin(gap, d, w)
-    verdict = verdict_of(_free_until(gap, event, d - margin), gap, d, "gap")
+    free = positive_from_start(gap, d - margin, _fastest(event))
+    verdict = _prove_zero(free, gap, d, margin, "gap")
     if verdict.outcome is not Outcome.PROVED:
         return verdict
-    crossing = prove_crossing(gap, d + margin, "gap")
-    if crossing.outcome is not Outcome.PROVED:
-        return crossing._replace(pieces=verdict.pieces)
     _, slope, curvature = gap.jet(arb(d))[:3]
     allowed = gap.tolerance(d, 1) + margin * float(abs(curvature).upper())
     return worst([verdict, compared(slope - arb(w), allowed, f"w_A = {w!r} m/s")])
@@ -105,15 +101,17 @@ def time_margin(watched: Watched, d: float, slope: float) -> float:
     return min(root + ROUNDINGS * HALF_ULP * d, d)
 
 
-def prove_crossing(watched: Watched, after: float, name: str) -> Verdict:
-    """The value is below zero just after its zero."""
-    value = watched.jet(arb(after))[0]
-    slack = watched.tolerance(after)
+def _prove_zero(before: Finding, watched: Watched, d: float, margin: float, name: str) -> Verdict:
+    """The first zero is at d: not `before` it, and just after it the value is below zero."""
+    verdict, after = verdict_of(before, watched, d, name), d + margin
+    if verdict.outcome is not Outcome.PROVED:
+        return verdict
+    value, slack = watched.jet(arb(after))[0], watched.tolerance(after)
     if value < 0:
-        return Verdict(Outcome.PROVED, "", slack)
-    refuted = bool(value > slack)
+        return Verdict(Outcome.PROVED, "", slack, before.pieces)
+    outcome = Outcome.REFUTED if value > slack else Outcome.UNDECIDED
     reason = f"the {name} is {float(value):.3g} at {after!r} s, just after its zero"
-    return Verdict(Outcome.REFUTED if refuted else Outcome.UNDECIDED, reason, slack)
+    return Verdict(outcome, reason, slack, before.pieces)
 
 
 def _prove_propagated(gap: Watched, event: Event, end: float) -> Verdict:
@@ -216,11 +214,9 @@ def _prove(condition: Condition, event: Event, is_end: bool) -> Verdict:
     end = d - margin
     until = min(end, (1.0 + 1e-9) / event.motion.f) if condition.repeats else end
     finding = positive_from_start(watched, until, rate)
-    verdict = verdict_of(finding, watched, d, condition.name)
-    if verdict.outcome is Outcome.PROVED and is_end:
-        crossing = prove_crossing(watched, d + margin, condition.name)
-        return crossing._replace(pieces=verdict.pieces)
-    return verdict
+    if is_end:
+        return _prove_zero(finding, watched, d, margin, condition.name)
+    return verdict_of(finding, watched, d, condition.name)
 
 
 def _prove_at_once(watched: Watched, d: float) -> Verdict:
@@ -229,10 +225,6 @@ def _prove_at_once(watched: Watched, d: float) -> Verdict:
     if value <= slack:
         return Verdict(Outcome.PROVED, "", slack)
     return Verdict(Outcome.REFUTED, f"an event at once where {float(value):.3g} is left", slack)
-
-
-def _fastest(event: Event) -> float:
-    return 2.0 * math.pi * max(event.motion.f, event.motion.f + event.motion.df)
 
 
 def _instant(event: Event) -> float:
@@ -299,7 +291,8 @@ def prove_still(event: Event) -> Verdict:
 def prove_chatter(event: Event) -> Verdict:
     """Prove that a chatter completes within the delay, and as friction is said to act."""
     platform, state = platform_of(event.motion, event.before), event.before
-    tail = chatter_tail(platform, event.disk, state, event.delay)
+    law = arb(event.disk.restitution), arb(event.disk.g), arb(event.disk.lag)
+    tail = chatter_tail(platform, *law, arb(state.u), event.delay)
     if tail is None:
         return Verdict(Outcome.REFUTED, "the chatter does not surely end: load or ε do not allow")
     end = min(float(tail.closed_form) * (1.0 + tail.remainder), tail.longest)
@@ -310,26 +303,28 @@ def prove_chatter(event: Event) -> Verdict:
     return worst(verdicts)
 
 
-def chatter_tail(platform: Platform, disk: DiskRecord, state: State, delay: float) -> Tail | None:
+def chatter_tail(
+    platform: Platform, restitution: arb, g: arb, lag: arb, u: arb, delay: float
+) -> Tail | None:
     """Bounds of the rest of a chatter that lasts about `delay`; None: they are not to be had."""
-    u = state.u
-    if not (disk.restitution < 1.0 and u > 0.0 and 0.0 < delay < math.inf):
+    if not (restitution < 1 and u > 0 and 0.0 < delay < math.inf):
         return None
     longest = 1.01 * delay
     axial, whole = platform.mix(arb(1), arb(0)), interval(0.0, longest)
     start, over = axial.jet(arb(0)), axial.jet(whole)
-    a0, load = disk.g + start[2], disk.g + over[2]
+    a0, load = g + start[2], g + over[2]
     if not (a0 > 0 and load > 0):
         return None
     steepest, bent = abs(over[3]).upper(), abs(over[4]).upper()
     growth = float((steepest * longest / (3 * load.lower())).upper())
-    if not 2 * arb(u) * arb(growth).exp() <= load.lower() * (1 - arb(disk.restitution)) * longest:
+    if not 2 * u * arb(growth).exp() <= load.lower() * (1 - restitution) * longest:
         return None
-    t0 = 2 * arb(u) / (a0 * (1 - arb(disk.restitution)))
+    t0 = 2 * u / (a0 * (1 - restitution))
     x = float((abs(start[3]) * longest / a0).upper())
     y = float((bent * longest * longest / a0).upper())
-    torque = disk.lag + platform.mix(arb(0), arb(1)).jet(whole)[2]
-    return Tail(longest, t0 - start[3] * t0 * t0 / (3 * a0), remainder(x, y), growth, load, torque)
+    torque = lag + platform.mix(arb(0), arb(1)).jet(whole)[2]
+    closed_form = t0 - start[3] * t0 * t0 / (3 * a0)  # ≥ (1 − X/3) T₀
+    return Tail(longest, closed_form, (1.0 + x) * remainder(x, y), growth, load, torque)
 
 
 def remainder(x: float, y: float) -> float:
@@ -415,7 +410,7 @@ _LEAST_PRECISION = 128
 def precision_for(event: Event) -> int:
     """Bits that keep the digits of a tiny bounce and of a phase of many turns."""
     m, d = event.motion, end_of(event)
-    parts = [2.0 * math.pi * max(m.f, m.f + m.df) * d]
+    parts = [_fastest(event) * d]
     if m.fading:
         parts.append(d * NS / (m.end_ns - m.begin_ns))
     lost = [abs(math.log2(part)) for part in parts if 0.0 < part < math.inf]

@@ -18,6 +18,7 @@ from typing import NamedTuple
 from flint import arb, ctx
 
 from bouncing_disk_ros.proof.event_functions import Watched
+from bouncing_disk_ros.proof.platforms import interval
 
 End = tuple[arb, arb]  # value and slope
 Piece = tuple[float, End, float, End]  # where it begins and ends, with what holds there
@@ -63,7 +64,7 @@ def opens(watched: Watched, end: float, rate: float) -> float | None:
         last += 1
     length = min(end, 0.5 / rate)
     for _ in range(400):
-        over = watched.jet(interval_from_zero(length))
+        over = watched.jet(interval(0.0, length))
         if any(d > 0 for d in over[order:last]) and watched.jet(arb(length))[0] > 0:
             return length
         length *= 0.5
@@ -76,11 +77,6 @@ def positive_from_start(watched: Watched, end: float, rate: float) -> Finding:
         return Finding(Sign.POSITIVE)
     first = opens(watched, end, rate)
     return positive_on(watched, first or 0.0, end, watched.floor_zeros())
-
-
-def interval_from_zero(length: float) -> arb:
-    """The interval [0, length] as a ball."""
-    return arb(0.5 * length, math.nextafter(0.5 * length, math.inf))
 
 
 class _Pieces:

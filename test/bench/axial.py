@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core import platform
 from bouncing_disk_ros.core.arithmetic import sincos
-from bouncing_disk_ros.core.flight import Launch, first_impact
+from bouncing_disk_ros.core.flight import Launch, search_impact
 from bouncing_disk_ros.core.forcing_clock import Clock, clock_after
 from bouncing_disk_ros.core.model import Motion
 
@@ -69,7 +69,7 @@ def impacts(
     for i in range(len(out)):
         s, c = sincos(tau)
         jet = platform.axial_jet(motion, s, c, 0.0)
-        d, w = first_impact(motion, Launch(0.0, s, c, g, 0.0, u), jet, 0.0, math.inf)
+        d, w, _ = search_impact(motion, Launch(0.0, s, c, g, 0.0, u), jet, 0.0, math.inf)
         _, _, cycles, tau = clock_after(motion, Clock(0, 0.0, cycles, tau), d)
         u = -restitution * w
         out[i, 0] = tau

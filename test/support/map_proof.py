@@ -85,15 +85,15 @@ def _platform(axial_forcing: float, tau: float) -> tuple[SteadyPlatform, State]:
 
 def _prove_chatter(collision: Collision, u: float) -> Verdict:
     """The chatter ends before the load does."""
-    platform, state = _platform(collision.axial_forcing, collision.tau)
-    disk = DiskRecord(collision.restitution, GRAVITY, 0.0, 0.0)
-    pull = platform.mix(arb(1), arb(0)).jet(arb(0))[2] + disk.g
+    platform, _ = _platform(collision.axial_forcing, collision.tau)
+    restitution, g = arb(collision.restitution), arb(GRAVITY)
+    pull = platform.mix(arb(1), arb(0)).jet(arb(0))[2] + g
     if not pull > 0:
         return Verdict(Outcome.REFUTED, "a chatter completes where the platform falls away")
     if 2 * u <= _NO_BOUNCE * pull:
         return Verdict(Outcome.PROVED, "a bounce without duration")
-    about = float(2 * arb(u) / (pull * (1 - arb(collision.restitution))))
-    tail = chatter_tail(platform, disk, state._replace(u=u), about)
+    about = float(2 * arb(u) / (pull * (1 - restitution)))
+    tail = chatter_tail(platform, restitution, g, arb(0), arb(u), about)
     if tail is None:
         return Verdict(Outcome.REFUTED, "the chatter does not surely end")
     turned = tail.remainder * about

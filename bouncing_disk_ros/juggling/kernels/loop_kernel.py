@@ -25,7 +25,6 @@ from bouncing_disk_ros.juggling.kernels.flights import (
     RESTED,
     RESTS,
     SINCE,
-    UNKNOWN,
     VELOCITY,
     next_event,
     platform_state,
@@ -33,25 +32,14 @@ from bouncing_disk_ros.juggling.kernels.flights import (
 )
 from bouncing_disk_ros.juggling.kernels.offset_plan import (
     BEGIN,
-    COLUMNS,
     ROWS,
     Array,
-    clear_plan,
     largest_acceleration,
     largest_position,
+    new_plan,
 )
-from bouncing_disk_ros.juggling.kernels.strategies import (
-    AIM,
-    BELIEF,
-    EPSILON,
-    MEMORY,
-    hear,
-)
-from bouncing_disk_ros.juggling.kernels.toss_planner import (
-    FORCING,
-    RESTITUTION,
-    T_2,
-)
+from bouncing_disk_ros.juggling.kernels.strategies import hear, new_memory
+from bouncing_disk_ros.juggling.kernels.toss_planner import FORCING, RESTITUTION
 from bouncing_disk_ros.juggling.kernels.verdicts import (
     CAPTURED,
     COUNT,
@@ -98,6 +86,18 @@ def draw(seed: int, start: int, count: int) -> float:
     return float(z >> np.uint64(11)) * 2.0**-53
 
 
+@entry(types.float64(types.float64, types.float64, types.int64, types.int64, types.int64))
+def sensor_error(missed: float, jitter: float, seed: int, start: int, number: int) -> float:
+    """By how much the instant of an impact is heard late, in the unit of `jitter`; nan: missed.
+
+    `missed`: part of the impacts that is never heard. `number`: of the impact in its run; with the
+    seed and the number of the run it decides the draws.
+    """
+    if missed > 0.0 and draw(seed, start, 2 * number) < missed:
+        return math.nan
+    return float(jitter * (2.0 * draw(seed, start, 2 * number + 1) - 1.0))
+
+
 @rare_kernel
 def _run_start(
     settings: Array, orbit: Array, plant: Array, start: Array, tolerance: float, streak: int,
@@ -105,10 +105,7 @@ def _run_start(
 ) -> None:  # fmt: skip
     """One start: see `run_loops`."""
     forcing, e = settings[FORCING], plant[P_RESTITUTION]
-    plan, memory, waiting = np.empty((ROWS, COLUMNS)), np.zeros(MEMORY), np.empty((_WAITING, 4))
-    clear_plan(plan)
-    memory[BELIEF + KIND], memory[EPSILON] = UNKNOWN, settings[RESTITUTION]
-    memory[AIM + T_2] = -math.inf
+    plan, memory, waiting = new_plan(), new_memory(settings[RESTITUTION]), np.empty((_WAITING, 4))
     targets, state = orbit.copy(), start.copy()
     tally = np.zeros(TALLY)
     queued = drawn = 0
@@ -207,11 +204,9 @@ def report(
     drawn: int,
 ) -> int:  # fmt: skip
     """Put an impact on its way to the controller, unless it is missed; how many are under way."""
-    if plant[MISSED] > 0.0 and draw(seed, number, 2 * drawn) < plant[MISSED]:
+    off = sensor_error(plant[MISSED], plant[JITTER], seed, number, drawn)
+    if math.isnan(off) or queued == _WAITING:
         return queued
-    if queued == _WAITING:
-        return queued
-    off = plant[JITTER] * (2.0 * draw(seed, number, 2 * drawn + 1) - 1.0)
     waiting[queued, 0] = state[SINCE] + plant[DELAY] + plant[JITTER]
     waiting[queued, 1] = state[SINCE] + off
     waiting[queued, 2] = state[VELOCITY] if plant[HEARS_VELOCITY] != 0.0 else math.nan

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.core.arithmetic import GIGA
 from bouncing_disk_ros.core.compilation import kernel, rare_kernel
 from bouncing_disk_ros.core.layout import OFFSET_DEGREE
+from bouncing_disk_ros.core.offset import quintic_coefficients
 from bouncing_disk_ros.core.platform import offset_at, offset_bounds
 
 Array = NDArray[np.float64]
@@ -37,17 +38,12 @@ plan_type = types.float64[:, ::1]
 def empty_plan() -> Array:
     """A plan that adds nothing."""
     plan = np.zeros((ROWS, COLUMNS))
-    plan[:, BEGIN] = np.inf
-    plan[0, BEGIN], plan[0, DURATION] = -np.inf, 1.0
+    plan[:, BEGIN] = math.inf
+    plan[0, BEGIN], plan[0, DURATION] = -math.inf, 1.0
     return plan
 
 
-@rare_kernel
-def clear_plan(plan: Array) -> None:
-    """Make it one that adds nothing."""
-    plan[:] = 0.0
-    plan[:, BEGIN] = math.inf
-    plan[0, BEGIN], plan[0, DURATION] = -math.inf, 1.0
+new_plan = rare_kernel(empty_plan)
 
 
 @rare_kernel
@@ -88,6 +84,9 @@ def offset_state(plan: Array, t: float) -> Triple:
     return p, v, a
 
 
+_quintic = kernel(quintic_coefficients)
+
+
 @rare_kernel
 def write_piece(row: Array, begin: float, end: float, s: Triple, e: Triple) -> None:
     """Enter the quintic from state s at `begin` to state e at `end`."""
@@ -100,9 +99,7 @@ def write_piece(row: Array, begin: float, end: float, s: Triple, e: Triple) -> N
     table = table_of(row)
     table[:] = 0.0
     table[0, 0, 0], table[0, 1, 0], table[0, 2, 0] = s[0], v0, a0
-    table[0, 3, 0] = 10.0 * rise - 6.0 * v0 - 4.0 * v1 - 3.0 * a0 + a1
-    table[0, 4, 0] = -15.0 * rise + 8.0 * v0 + 7.0 * v1 + 3.0 * a0 - 2.0 * a1
-    table[0, 5, 0] = 6.0 * rise - 3.0 * v0 - 3.0 * v1 - a0 + a1
+    table[0, 3, 0], table[0, 4, 0], table[0, 5, 0] = _quintic(rise, v0, v1, a0, a1)
     for order in range(1, SIZE):
         for i in range(SIZE - order):
             table[order, i, 0] = (i + 1) * table[order - 1, i + 1, 0] / t
@@ -142,7 +139,7 @@ def use_of_limits(row: Array, position_limit: float, acceleration_limit: float) 
 @rare_kernel
 def keep_past(plan: Array, t: float, out: Array) -> int:
     """Copy what is in force before t, a few pieces of it; how many rows that is."""
-    clear_plan(out)
+    out[:] = new_plan()
     last = piece_at(plan, t)
     while last > 0 and plan[last, BEGIN] >= t:
         last -= 1

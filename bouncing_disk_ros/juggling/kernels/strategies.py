@@ -81,12 +81,15 @@ _NEAR_PHASE, _NEAR_SPEED = 0.8, 0.4
 least_forcing = kernel(existence_limit)
 
 
-def new_memory(restitution: float) -> Array:
-    """Memory of a controller that has heard nothing."""
+def empty_memory(restitution: float) -> Array:
+    """Memory of a controller that has heard nothing, and believes in a restitution."""
     memory = np.zeros(MEMORY)
     memory[BELIEF + KIND], memory[EPSILON] = UNKNOWN, restitution
-    memory[AIM + T_2] = -np.inf
+    memory[AIM + T_2] = -math.inf
     return memory
+
+
+new_memory = rare_kernel(empty_memory)
 
 
 @entry(types.float64(types.float64, types.float64))

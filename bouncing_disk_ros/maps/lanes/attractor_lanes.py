@@ -16,7 +16,6 @@ from numba import types
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.arithmetic import sincos
-from bouncing_disk_ros.core.compilation import kernel
 from bouncing_disk_ros.core.restitution import speed_after as scalar_speed_after
 from bouncing_disk_ros.maps import axial_map
 from bouncing_disk_ros.maps.axial_map import MAP_CONTACT, MAP_IMPACT, MAP_REST, flight_tangent
@@ -89,26 +88,13 @@ def rotate_lanes(z: Any) -> None:
         z[TIME_SUM + i] = time + d if landed else time
 
 
-@kernel
-def _collision(
-    tau: float, w: float, speed: float, platform: tuple[float, float], disk: tuple[float, float]
-) -> tuple[int, float, float, float, float, float]:
-    motion = map_motion(platform[0], platform[1])
-    kind, tau, w, speed, delay, turned = next_collision(
-        motion, map_disk(disk[0], disk[1]), tau, w, speed
-    )
-    return kind, tau, w, speed, delay, turned
-
-
 @lane
 def collide_scalar(z: Any, i: int) -> tuple[int, float, float]:
     """One impact of a lane by the scalar map: kind, delay, angle turned; LEFT = 0 at rest."""
-    kind, tau, w, speed, delay, turned = _collision(
-        z[TAU + i],
-        z[W + i],
-        z[DISK_SPEED + i],
-        (z[FORCING + i], z[_LAG + i]),
-        (z[RESTITUTION + i], z[_ANGULAR + i]),
+    motion = map_motion(z[FORCING + i], z[_LAG + i])
+    disk = map_disk(z[RESTITUTION + i], z[_ANGULAR + i])
+    kind, tau, w, speed, delay, turned = next_collision(
+        motion, disk, z[TAU + i], z[W + i], z[DISK_SPEED + i]
     )
     set_impact(z, i, tau, w)
     z[IMPACTS_LEFT + i] -= 1.0

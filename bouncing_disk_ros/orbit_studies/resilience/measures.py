@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bouncing_disk_ros.maps.attractors import Attractor, AttractorKind
+from bouncing_disk_ros.maps.basin_measures import shares
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.window_basins import Labelled
 from bouncing_disk_ros.orbit_studies.fatal_changes import (
@@ -41,10 +42,7 @@ def measure(
     known = window.known
     attractor = known.found[label]
     own = window.ends() == label
-    n = own.size
-    cut = np.zeros(own.shape, bool)
-    cut[1:] = own[1:] != own[:-1]
-    cut |= own != np.roll(own, 1, axis=1)
+    share = shares(window.ends(), label + 1)[label]
     time = window.labels.time / math.tau
     direct = window.labels.label == label
     mine = time[own & np.isfinite(time)]
@@ -57,8 +55,7 @@ def measure(
     else:
         errors = np.full(2, math.nan)
     return Resilience(
-        float(own.mean()), 0.5 * math.sqrt(float(cut.sum())) / n, float(direct.mean()),
-        _share_in_time(attractor, mine, after, n),
+        *share, float(direct.mean()), _share_in_time(attractor, mine, after, own.size),
         convergence_time(attractor),
         float(np.median(mine)) if len(mine) else math.nan,
         float(np.quantile(mine, 0.95)) if len(mine) else math.nan,

@@ -17,7 +17,7 @@ from bouncing_disk_ros.orbit_studies.contact_curves import MOST_IMPACTS, contact
 from bouncing_disk_ros.orbit_studies.curve_family import curve_family
 from bouncing_disk_ros.orbit_studies.orbit_branch import add_curves, orbit_curve, orbit_curves
 from bouncing_disk_ros.orbit_studies.orbit_curves import Curve, SpecialKind, Window
-from bouncing_disk_ros.orbit_studies.orbit_equations import CurveKind, clearances
+from bouncing_disk_ros.orbit_studies.orbit_equations import CurveKind, OrbitSystem
 
 WIDE = Window((0.05, 1.2), (0.02, 0.98))
 ROUNDING = 1e-12
@@ -54,7 +54,9 @@ def test_the_saddle_grazes_for_small_restitution(period_one: list[Curve]) -> Non
     for shift, misses in ((-2e-3, True), (2e-3, False)):
         forcing = at + shift
         tau = math.tau - math.acos(0.95 / 1.05 / forcing)
-        assert bool(clearances(np.array([tau]), 1, forcing, 0.05)[0] > 0.0) is misses
+        assert (
+            bool(OrbitSystem(1, 1).clearances(np.array([tau, forcing, 0.05]))[0, 0] > 0.0) is misses
+        )
 
 
 def test_the_graze_of_the_saddle_ends_on_the_fold(period_one: list[Curve]) -> None:
