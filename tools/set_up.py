@@ -137,7 +137,7 @@ def files_of(path: Path) -> "dict[str, bytes]":
     return {
         str(file.relative_to(path)): file.read_bytes()
         for file in ([path] if path.is_file() else path.rglob("*.*"))
-        if file.is_file() and file.suffix != ".pyc"
+        if file.is_file() and file.parent.name != "__pycache__"
     }
 
 

@@ -46,18 +46,15 @@ def test_the_wheel_holds_modules_shared_files_entry_points_and_the_version(tmp_p
     """Built from a copy of the tree."""
     import bouncing_disk_ros
 
-    pytest.importorskip("pip")
     tree = copy_tree(tmp_path / "tree")
-    done = run(
-        *(sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation"),
-        *("--disable-pip-version-check", "--wheel-dir", str(tmp_path), str(tree)),
-    )
+    build = "import setuptools.build_meta as backend; backend.build_wheel('..')"
+    done = run(sys.executable, "-c", build, cwd=tree)  # as pip does, which takes as long again
     assert done.returncode == 0, done.stderr
     (file,) = tmp_path.glob("*.whl")
     wheel = zipfile.ZipFile(file)
     names = wheel.namelist()
     files = [path for path in (ROOT / "bouncing_disk_ros").rglob("*.*") if path.is_file()]
-    ours = {str(path.relative_to(ROOT)) for path in files if path.suffix != ".pyc"}
+    ours = {str(path.relative_to(ROOT)) for path in files if path.parent.name != "__pycache__"}
     assert {name for name in names if name.startswith("bouncing_disk_ros/")} == ours
     share = "share/bouncing_disk_ros/"
     wanted = {share + "package.xml", "share/ament_index/resource_index/packages/bouncing_disk_ros"}
