@@ -55,8 +55,10 @@ def differing_modules() -> list[str]:
     )
 
 
-def pytest_sessionstart() -> None:
+def pytest_sessionstart(session: pytest.Session) -> None:
     """Refuse to test something else than the tree says."""
+    if hasattr(session.config, "workerinput"):  # of a run that has looked
+        return
     if differing := differing_modules():
         pytest.exit(
             f"the installed package differs from the tree ({', '.join(differing[:3])} ...): run "

@@ -3,9 +3,9 @@
     python3 tools/set_up.py {run,test,bench,interop}
 
 The virtual environment is built once and kept until the interpreter, the pinned versions or the
-list of dependencies change; the package itself is installed anew every time, so that edits are
-seen. Standard library only, and no syntax newer than Python 3.6, so that an old interpreter is
-refused in words.
+list of dependencies change; the package itself is installed anew where the installed files are not
+those of the tree, so that edits are seen. Standard library only, and no syntax newer than Python
+3.6, so that an old interpreter is refused in words.
 """
 
 import contextlib
@@ -132,6 +132,24 @@ def install_package(*options: str) -> None:
     remove_build_products()
 
 
+def files_of(path: Path) -> "dict[str, bytes]":
+    """Return the content of a file, or of each file in a folder that setup.py installs."""
+    return {
+        str(file.relative_to(path)): file.read_bytes()
+        for file in ([path] if path.is_file() else path.rglob("*.*"))
+        if file.is_file() and file.parent.name != "__pycache__"
+    }
+
+
+def is_installed() -> bool:
+    """Return whether .venv holds this very tree: each file, and the list that pip writes last."""
+    share = VENV / "share" / "bouncing_disk_ros"
+    pairs = [(path, ROOT / path.name) for path in [*share.glob("*"), share / "package.xml"]]
+    lists = list(VENV.glob("lib/*/site-packages/bouncing_disk_ros-*.dist-info/RECORD"))
+    pairs += [(path.parents[1] / share.name, ROOT / share.name) for path in lists]
+    return len(lists) == 1 and all(files_of(found) == files_of(ours) for found, ours in pairs)
+
+
 def build(level: str, parts: "list[str]") -> None:
     """Bring .venv to `level`; `parts` are those it holds already (none: start afresh)."""
     missing = [part for part in LEVELS[level] if part not in parts]
@@ -176,7 +194,7 @@ def main() -> int:
         parts = read_stamp()
         if not set(LEVELS[level]) <= set(parts):
             build(level, parts)
-        else:
+        elif not is_installed():
             install_package("--no-deps", "--force-reinstall", ".")
     compile_kernels(level)
     return 0

@@ -25,7 +25,7 @@ from bouncing_disk_ros.ros.requests import guard_services
 from bouncing_disk_ros.run.throttled_log import RefusalLog
 
 try:
-    from rclpy.experimental import EventsExecutor
+    from rclpy.experimental import EventsExecutor as EventsExecutor  # exported
 except ImportError:  # rclpy before 7.1.4
     EventsExecutor = None
 

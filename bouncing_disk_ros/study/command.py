@@ -31,6 +31,7 @@ from bouncing_disk_ros.study.outlets import FIGURE_DPI, StudyOutlet, StudyTopics
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
     from bouncing_disk_ros.study.runner import Progress
 
@@ -61,12 +62,16 @@ def _load(name: str, stop: Stop) -> None:
     """Load what is slow; a signal meanwhile ends the process at once."""
     with stop.loading():
         announce_compilation(name)
-        from matplotlib import figure  # noqa: F401
 
 
-def _compile(definition: StudyDefinition, stop: Stop) -> None:
-    """Import what computes, once the options are known to be right: its kernels may be compiled."""
+def _compile(definition: StudyDefinition, values: Mapping[str, Value], stop: Stop) -> None:
+    """Import what draws and computes, once the options are known to be right.
+
+    Kernels may be compiled.
+    """
     with stop.loading():
+        if figure_kinds(str(values["figures"])):
+            from matplotlib import figure  # noqa: F401
         loaded(definition.study)
 
 
@@ -87,7 +92,7 @@ def run_command(
     if values["hold"]:
         hint = "There are no topics to hold."
         raise InputError("hold", values["hold"], "false where ROS 2 is not installed", hint)
-    _compile(definition, stop)
+    _compile(definition, values, stop)
     work = StudyWork(definition, values, given)
     stop.answer = Answer.NOTE
     return work.present(StudyOutlet(stop))
@@ -109,7 +114,7 @@ def _run_as_node(study: StudyDefinition, start: Start) -> int:
             given = overrides_of(self)
             study.refuse_not_taken(given)
             values = options(self, study.table)
-            _compile(study, start.stop)
+            _compile(study, values, start.stop)
             self._work = StudyWork(study, values, set(given))
 
         def present(self, stop: Stop) -> int:
@@ -267,7 +272,9 @@ class StudyWork:
         from bouncing_disk_ros.study.store import RESULT
 
         print("\n".join(self._definition.lines(result)), flush=True)
-        figures = self._definition.pictures(self._study, result)
+        figures: Mapping[str, Figure] = {}
+        if self._kinds or self._options["hold"] or outlet.is_heard():
+            figures = self._definition.pictures(self._study, result)
         files = []
         for name, figure in figures.items():
             for kind in self._kinds:
@@ -280,7 +287,7 @@ class StudyWork:
             files += export_tables(result, self._folder)
         print("written: " + ", ".join(map(str, [*files, self._folder / RESULT])), flush=True)
         drawn = next((file for file in files if file.suffix == ".png"), None)
-        outlet.result(next(iter(figures.values())), drawn, result)
+        outlet.result(next(iter(figures.values()), None), drawn, result)
 
 
 def _default_folder(name: str, values: object) -> str:

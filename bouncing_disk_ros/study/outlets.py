@@ -48,8 +48,12 @@ class StudyOutlet:
     def progress(self, share: float) -> None:
         """Take how much is done, 0 to 1."""
 
-    def result(self, figure: Figure, file: Path | None, result: xr.Dataset) -> None:
-        """Take the first figure, its PNG file if there is one, and the result."""
+    def is_heard(self) -> bool:
+        """Whether somebody would get a figure."""
+        return False
+
+    def result(self, figure: Figure | None, file: Path | None, result: xr.Dataset) -> None:
+        """Take the first figure, if it is drawn, its PNG file if there is one, and the result."""
 
 
 class StudyTopics(StudyOutlet):
@@ -90,16 +94,22 @@ class StudyTopics(StudyOutlet):
 
         self._progress.publish(Float32(data=share))
 
-    def result(self, figure: Figure, file: Path | None, result: xr.Dataset) -> None:
+    def is_heard(self) -> bool:
+        """Whether a subscriber would get a figure."""
+        return bool(self._figure.get_subscription_count())
+
+    def result(self, figure: Figure | None, file: Path | None, result: xr.Dataset) -> None:
         """Publish the first figure, and of a map its field."""
         from sensor_msgs.msg import CompressedImage
 
         from bouncing_disk_ros.maps.basin_measures import downsample
 
         stamp = self._node.get_clock().now().to_msg()
-        message = CompressedImage(format="png", data=file.read_bytes() if file else _png(figure))
-        message.header.stamp = stamp
-        self._figure.publish(message)
+        if figure is not None:
+            data = file.read_bytes() if file else _png(figure)
+            message = CompressedImage(format="png", data=data)
+            message.header.stamp = stamp
+            self._figure.publish(message)
         if self._result is not None:
             image = image_message(downsample(result[self._image], MOST_SENT))
             image.header.stamp = stamp

@@ -32,7 +32,7 @@ COMPARED_OF_HEYOKA, AGREEMENT_OF_HEYOKA = 5, 1e-9
 Floats = NDArray[np.float64]
 
 
-class _Regime:
+class Subject:
     """Starts near those of a regime, and what runs on them: each returns its impacts."""
 
     def __init__(self, regime: Regime, folder: Path) -> None:
@@ -57,6 +57,16 @@ class _Regime:
         iterate_axial(tau, w, self._forcings, self._restitutions, impacts, self._counts)
         return tau, w
 
+    def by_lanes(self) -> int:
+        """The lanes."""
+        self.lanes()
+        return TRAJECTORIES * IMPACTS
+
+    def by_c(self, c: CLanes) -> Run:
+        """Vectorised C."""
+        given = self.axial_forcing, RESTITUTION
+        return self.in_place(lambda tau, w, impacts: c.iterate(tau, w, *given, impacts), IMPACTS)
+
     def in_place(self, function: Callable[[Floats, Floats, int], object], impacts: int) -> Run:
         """Run of a peer, compared with the lanes first."""
         tau, w = self.states()
@@ -77,10 +87,8 @@ class _Regime:
         runs: dict[str, Run] = {}
         notes = [why for why in (CReference.missing(), missing("jax"), missing("heyoka")) if why]
         if not CReference.missing():
-            many, one = CLanes(self._folder), CReference(self._folder)
-            runs["C"] = self.in_place(
-                lambda tau, w, n: many.iterate(tau, w, self.axial_forcing, RESTITUTION, n), IMPACTS
-            )
+            one = CReference(self._folder)
+            runs["C"] = self.by_c(CLanes(self._folder))
 
             def scalar() -> int:
                 launch = (self._tau[0], -RESTITUTION * self._w[0])
@@ -107,14 +115,9 @@ class _Regime:
 
 
 def _trajectories(regime: Regime, folder: Path) -> tuple[list[Row], list[str]]:
-    subject = _Regime(regime, folder)
-
-    def lanes() -> int:
-        subject.lanes()
-        return TRAJECTORIES * IMPACTS
-
+    subject = Subject(regime, folder)
     peers, notes = subject.peers()
-    times = interleaved({"lanes": lanes, **peers}, ROUNDS)
+    times = interleaved({"lanes": subject.by_lanes, **peers}, ROUNDS)
     if why := missing("scipy"):
         notes.append(why)
     else:

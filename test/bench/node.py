@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -16,7 +16,8 @@ from trajectory_msgs.msg import JointTrajectory
 
 from bench.processor import work
 from bench.table import Aim, Row, row
-from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.ros.numbered_subscription import WithInfo
+from bouncing_disk_ros.ros.qos import subscription_to
 from bouncing_disk_ros.topics import TOPICS
 from support.processes import Process, Starter
 from support.ros import Nodes
@@ -38,18 +39,10 @@ class FirstMessages(Nodes):
         node = self.new_node("waiter")
         self.published_ns = 0  # the latched motion, by the clock of its writer
         self.heard_ns = 0  # the first joint state, by the same clock
-        kinds = (
-            (JointTrajectory, "platform/motion", self._on_motion),
-            (
-                JointState,
-                "joint_states",
-                self._on_state,
-            ),
-        )
-        for kind, name, callback in kinds:
-            node.create_subscription(kind, name, callback, profile_of(TOPICS[name]))
+        subscription_to(node, "platform/motion", WithInfo(self._on_motion))
+        subscription_to(node, "joint_states", self._on_state)
 
-    def _on_motion(self, _: JointTrajectory, info: Any) -> None:
+    def _on_motion(self, _: JointTrajectory, info: Mapping[str, Any]) -> None:
         self.published_ns = self.published_ns or info["source_timestamp"]
 
     def _on_state(self, _: JointState) -> None:

@@ -15,21 +15,19 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bench.axial import REGIMES, RESTITUTION, Regime, starts
+from bench.axial import REGIMES
 from bench.basin_map import PIXELS, BasinMap
 from bench.c_reference import CLanes, CReference
+from bench.many import Subject
 from bench.processor import flags
 from bench.table import Aim, Row, compared
-from bench.turns import Run, interleaved
-from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
+from bench.turns import interleaved
 
 PART = "narrower vectors"
 #: name of the processor -> what its vectors are called, and the flags of /proc/cpuinfo it needs
 WIDTHS = {"haswell": ("AVX2", {"avx2", "fma", "bmi2"}), "x86-64": ("SSE2", {"sse2"})}
-TRAJECTORIES, IMPACTS, ROUNDS, MAP_ROUNDS = 1024, 200, 30, 10
-COMPARED, AGREEMENT = 10, 1e-11  # impacts; rad and πg/ω
+ROUNDS, MAP_ROUNDS = 30, 10
 FORCING = 0.45  # of the basin map
 PATIENCE = 300.0  # s; the kernels are compiled for another processor first
 
@@ -71,43 +69,14 @@ def _in_process_of_its_own(processor: str, folder: Path) -> dict[str, dict[str, 
     return found
 
 
-def _trajectories(regime: Regime, c: CLanes) -> dict[str, Run]:
-    """Both from the same starts; the bench fails if they do not go the same way."""
-    given = regime.axial_forcing, RESTITUTION
-    axial_forcing, restitution = (np.full(TRAJECTORIES, value) for value in given)
-    counts = np.zeros((TRAJECTORIES, 2), np.int64)
-
-    def lanes(impacts: int = IMPACTS) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        tau, w = starts(regime, TRAJECTORIES)
-        iterate_axial(tau, w, axial_forcing, restitution, impacts, counts)
-        return tau, w
-
-    def compiled(impacts: int = IMPACTS) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        tau, w = starts(regime, TRAJECTORIES)
-        c.iterate(tau, w, *given, impacts)
-        return tau, w
-
-    apart = np.abs(np.array(lanes(COMPARED)) - np.array(compiled(COMPARED))).max()
-    assert apart <= AGREEMENT, f"C differs from the lanes by {apart:.3g}"
-
-    def lanes_run() -> int:
-        lanes()
-        return TRAJECTORIES * IMPACTS
-
-    def c_run() -> int:
-        compiled()
-        return TRAJECTORIES * IMPACTS
-
-    return {"lanes": lanes_run, "C": c_run}
-
-
 def _here(processor: str, folder: Path) -> dict[str, dict[str, list[float]]]:
     """Times by what was measured, and by whom."""
     c = CLanes(folder, processor)
     found = {}
     for regime in REGIMES:
         what = f"Γ = {regime.axial_forcing} ({regime.name})"
-        found[what] = interleaved(_trajectories(regime, c), ROUNDS)
+        runs = Subject(regime, folder)
+        found[what] = interleaved({"lanes": runs.by_lanes, "C": runs.by_c(c)}, ROUNDS)
     subject = BasinMap(FORCING)
     run, labels = subject.by_c(c)
     what = f"basin map {PIXELS} × {PIXELS}, Γ = {FORCING}"

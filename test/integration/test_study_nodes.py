@@ -10,10 +10,12 @@ import threading
 import time
 from collections.abc import Mapping
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 from matplotlib.image import imread
 from numpy.typing import NDArray
 from sensor_msgs.msg import CompressedImage, Image
@@ -24,7 +26,7 @@ from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import command, named, open_result, run, runner
 from bouncing_disk_ros.study.by_name import definition_of
 from bouncing_disk_ros.study.command import run_command
-from bouncing_disk_ros.study.outlets import image_message
+from bouncing_disk_ros.study.outlets import StudyOutlet, image_message
 from support.processes import Process, Starter
 from support.ros import wait_for_message
 
@@ -83,6 +85,28 @@ def test_a_late_subscriber_gets_the_labels_with_the_lowest_row_at_the_bottom(
 def test_speeds_are_an_image_of_floats() -> None:
     speeds = np.array([[0.1, math.nan, -2.0], [3.0, 0.0, 1e9]])
     np.testing.assert_array_equal(pixels(image_message(speeds)), speeds[::-1].astype(np.float32))
+
+
+@pytest.mark.parametrize("heard", [False, True])
+def test_without_files_a_figure_is_drawn_only_for_those_who_hear_it(
+    tmp_path: Path, heard: bool
+) -> None:
+    class Outlet(StudyOutlet):
+        figures: ClassVar[list[Figure | None]] = []
+
+        def is_heard(self) -> bool:
+            return heard
+
+        def result(self, figure: Figure | None, file: Path | None, result: xr.Dataset) -> None:
+            self.figures.append(figure)
+
+    definition = definition_of("toss_paths")
+    given: dict[str, Value] = {"output": str(tmp_path), "figures": "none", "points": 16}
+    defaults = {key: spec.default for key, spec in definition.table.items()}
+    work = command.StudyWork(definition, {**defaults, **given}, given.keys())
+    assert work.present(Outlet(Stop())) == 0
+    (figure,) = Outlet.figures
+    assert (figure is not None) == heard
 
 
 def test_interrupted_work_is_kept_and_the_same_command_goes_on(

@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 import bouncing_disk_ros
-from support.made_once import made_once
 from support.processes import environment
 
 #: Sphinx takes half a minute; test_public_names.py holds that each name has its section
@@ -37,13 +36,11 @@ def make(*words: str | Path) -> subprocess.CompletedProcess[str]:
 def html(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if any(importlib.util.find_spec(name) is None for name in ("furo", "myst_parser", "sphinx")):
         pytest.skip("Sphinx is not installed here: pip install .[docs]")
-    return made_once(tmp_path_factory, "docs", make_pages) / "html"
-
-
-def make_pages(folder: Path) -> None:
+    folder = tmp_path_factory.mktemp("docs")
     done = make(ROOT / "tools" / "make_docs.py", folder)
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stderr == ""
+    return folder / "html"
 
 
 def test_every_public_name_has_an_entry(html: Path) -> None:

@@ -11,18 +11,10 @@ from pathlib import Path
 
 import pytest
 
+from support.studies import SMALLEST
 from support.trees import ROOT, copy_tree
 
 BAG = ROOT / "test" / "reference" / "version_0_2_0" / "live"
-SMALL = {
-    "toss_paths": ("points:=16",),
-    "toss_map": ("phase_lag_count:=5", "amplitude_angle_count:=3"),
-    "bifurcation": ("count:=3", "settling:=10", "measured:=20", "kept:=5", "doublings:=0"),
-    "parameter_map": ("x_count:=2", "y_count:=2", "settling:=10", "measured:=256"),
-    "basins": ("width:=12", "height:=8"),
-    "basin_shares": ("count:=2", "samples:=8"),
-    "juggling": ("width:=3", "height:=3", "deadline:=5.0"),
-}
 OURS = ("PYTHONPATH", "PYTHONHOME", "LD_LIBRARY_PATH", "AMENT_PREFIX_PATH", "NUMBA_CACHE_DIR",
         "_ROS_WHEELS_BOOTSTRAP_COMPLETE")  # fmt: skip
 LIBRARY = """
@@ -72,8 +64,8 @@ def test_the_library_and_every_tool(plain: Path, tmp_path: Path) -> None:
     done = run(str(plain / "python"), "-c", LIBRARY, cwd=tmp_path)
     assert done.returncode == 0, done.stdout
     assert "bouncing_disk_ros: compiling kernels, each once" in done.stdout
-    for name, values in SMALL.items():
-        options = [word for value in values for word in ("-p", value)]
+    for name, values in SMALLEST.items():
+        options = [word for key, value in values.items() for word in ("-p", f"{key}:={value}")]
         done = run(str(plain / name), "--ros-args", *options, "-p", f"output:={name}", cwd=tmp_path)
         assert done.returncode == 0, done.stdout
         assert list((tmp_path / name).glob("*.png"))

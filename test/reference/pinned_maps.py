@@ -9,7 +9,36 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from support import pinned
+from bouncing_disk_ros import parameters
+from bouncing_disk_ros.core.model import Disk
+from bouncing_disk_ros.maps.attractor_search import find_attractors
+from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors
+from bouncing_disk_ros.maps.axial_map import axial_orbit
+from bouncing_disk_ros.maps.basin_labels import (
+    LaneRule,
+    StartLabels,
+    known_points,
+    label_lanes,
+    label_starts,
+)
+from bouncing_disk_ros.maps.basin_measures import (
+    basin_entropy,
+    box_dimension,
+    uncertainty_exponent,
+)
+from bouncing_disk_ros.maps.best_lag import best_lag
+from bouncing_disk_ros.maps.best_toss import extreme
+from bouncing_disk_ros.maps.bifurcations import period_doublings
+from bouncing_disk_ros.maps.lanes.attractor_lanes import measure_attractors
+from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
+from bouncing_disk_ros.maps.map_tangent import axial_tangent
+from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
+from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, fixed_point
+from bouncing_disk_ros.maps.rotation_map import collision_orbit, measure_attractor
+from bouncing_disk_ros.maps.settled_speed import settled_speeds
+from bouncing_disk_ros.maps.toss_paths import toss_paths, toss_trajectory
+from bouncing_disk_ros.maps.tosses import TossSetting, toss, toss_pixels
+from support.digest import Near, nearly
 from support.pinned_draws import Draw, Runs, plain, seeded
 
 Floats = NDArray[np.float64]
@@ -46,76 +75,138 @@ def grid(side: int, low: float = -5.0) -> Floats:
 
 
 def axial(seed: int) -> Any:
+    """Impacts after (τ, w) at Γ, ε."""
     start, given = drawn_starts(seed, 6, 2), drawn_parameters(seed, 6, 2)
-    return [pinned.orbit(s, p, 100) for s, p in zip(start.tolist(), given.tolist(), strict=True)]
+    out = np.zeros((6, 100, 4))
+    return [[axial_orbit(*s, *p, 100, rows), rows]
+            for s, p, rows in zip(start.tolist(), given.tolist(), out, strict=True)]  # fmt: skip
 
 
 def rotating(seed: int) -> Any:
+    """Impacts after (τ, w, α̇) at Γ, ε, θ, Γ_T."""
     start, given = drawn_starts(seed, 6, 3), drawn_parameters(seed, 6, 4)
-    return [pinned.orbit(s, p, 100) for s, p in zip(start.tolist(), given.tolist(), strict=True)]
+    out = np.zeros((6, 100, 6))
+    return [[collision_orbit(*s, *p, 100, rows), rows]
+            for s, p, rows in zip(start.tolist(), given.tolist(), out, strict=True)]  # fmt: skip
 
 
 def lanes(seed: int) -> Any:
     """Axial lanes, as many as fill some rounds and part of one."""
     n = 100 + 37 * seed
-    return pinned.carried(drawn_starts(seed, n, 2), drawn_parameters(seed, n, 2), 50 + 10 * seed)
+    tau, w = (column.copy() for column in drawn_starts(seed, n, 2).T)
+    forcing, restitution = (column.copy() for column in drawn_parameters(seed, n, 2).T)
+    counts = np.zeros((n, 2), np.int64)
+    iterate_axial(tau, w, forcing, restitution, 50 + 10 * seed, counts)
+    return [tau, w, counts]
 
 
 def attractor(place: int) -> Any:
-    axial_forcing, restitution = PLATFORMS[place]
-    starts = [[0.74, -1.33, 0.5], *drawn_starts(500 + place, 1, 3).tolist()]
-    given = (axial_forcing, restitution, 0.3, 20.0)
-    return [pinned.measured(start, given, 500, 1000) for start in starts]
+    """Attractors one by one: last state, impacts and means."""
+    found = []
+    for start in ([0.74, -1.33, 0.5], *drawn_starts(500 + place, 1, 3).tolist()):
+        state, out, results = np.array([*start, 1.0, 0.0]), np.zeros((20, 6)), np.zeros(5)
+        count = measure_attractor(state, *PLATFORMS[place], 0.3, 20.0, 500, 1000, out, results)
+        # with its Lyapunov exponent, which takes logarithms of the C library
+        found.append([count, state, out, np.delete(results, 2), Near(results[2])])
+    return found
 
 
 def attractor_lanes(seed: int) -> Any:
     n = 60 + 11 * seed
     starts, given = drawn_starts(600 + seed, n, 3), drawn_parameters(600 + seed, n, 4)
-    return pinned.measured_in_lanes(starts, given, 100, 200)
+    states = np.hstack([starts, np.ones((n, 1)), np.zeros((n, 1))])
+    out, results = np.zeros((n, 5, 6)), np.zeros((n, 5))
+    measure_attractors(states, given, 100, 200, out, results)
+    return [states, out, np.delete(results, 2, 1), nearly(results[:, 2])]
 
 
 def derivatives(place: int) -> Any:
-    axial_forcing, restitution = PLATFORMS[place]
-    start = drawn_starts(700 + place, 1, 2)[0].tolist()
-    return [pinned.derivatives(start, (axial_forcing, restitution), n) for n in (1, 3, 10)]
+    """An orbit with its derivatives."""
+    start, found = drawn_starts(700 + place, 1, 2)[0].tolist(), []
+    for n in (1, 3, 10):
+        states, tangent = np.zeros((n + 1, 3)), np.zeros((2, 4))
+        found.append(
+            [axial_tangent(*start, *PLATFORMS[place], n, states, tangent), states, tangent]
+        )
+    return found
 
 
 @cache
-def found(place: int) -> Any:
-    return pinned.attractors_of(*PLATFORMS[place], grid(6))
+def found(place: int) -> Attractors:
+    starts = [(float(tau), float(w)) for tau, w in grid(6)]
+    return find_attractors(NextCollisionMap(*PLATFORMS[place]), starts)
 
 
 def attractors(place: int) -> Any:
-    return pinned.described(found(place))
+    """Each kind by its place among the kinds."""
+    kinds = list(AttractorKind)
+    # points of periodic ones come from Newton's method, which solves equations by LAPACK
+    rows = [
+        [kinds.index(kind), cycles, nearly([multiplier]),
+         nearly([phases, speeds]) if kind is AttractorKind.PERIODIC else [phases, speeds]]
+        for kind, phases, speeds, cycles, multiplier in found(place).found
+    ]  # fmt: skip
+    return [rows, found(place).after_contact, found(place).unresolved]
 
 
-def labels(place: int) -> Any:
-    return pinned.basins(found(place), *PLATFORMS[place], grid(24))
+def labels(place: int, side: int = 24) -> Any:
+    tau, w = (column.copy() for column in grid(side).T)
+    return list(label_starts(found(place), NextCollisionMap(*PLATFORMS[place]), tau, w))
 
 
 def lane_labels(seed: int) -> Any:
     """The rule of the lanes with points that are given, not found."""
     points = np.array([[1.0, -1.3], [0.8, -1.2], [0.736624, -1.333333], [2.0, -2.0]])
-    axial_forcing = (0.36, 0.45, 0.55)[seed]
-    return pinned.labelled(grid(20), axial_forcing, 0.5, points, [0, 1, 2, 2], 400)
+    tau, w = (column.copy() for column in grid(20).T)
+    given = StartLabels(np.zeros(400, np.int32), np.zeros(400, np.int32), np.zeros(400))
+    known, rule = (
+        known_points(points, np.array([0, 1, 2, 2], np.int32)),
+        LaneRule(1e-3, 8.0, 98, 99, 400),
+    )
+    label_lanes(tau, w, (0.36, 0.45, 0.55)[seed], 0.5, known, rule, given)
+    return list(given)
 
 
 def boundary(place: int) -> Any:
-    label = pinned.basins(found(place), *PLATFORMS[place], grid(40))[0]
-    return pinned.boundary(label.reshape(40, 40))
+    """Entropy, box dimension and uncertainty exponent."""
+    label = labels(place, 40)[0].reshape(40, 40)
+    found = basin_entropy(label), box_dimension(label), uncertainty_exponent(label)
+    return nearly([list(one) for one in found])
 
 
 def best_lags(place: int) -> Any:
-    return pinned.best_phase_lags(found(place), *PLATFORMS[place], 30.0)
+    section = NextCollisionMap(*PLATFORMS[place], 0.0, 30.0)
+    # a maximum is flat: where it lies is known to half of the digits
+    return [[nearly(lag, 5), nearly(speed)]
+            for lag, speed in (best_lag(one, section) for one in found(place).found)]  # fmt: skip
 
 
 def speeds(place: int) -> Any:
-    return pinned.speeds(found(place), (0.0, -2.0), (*PLATFORMS[place], 0.2, 20.0))
+    section = NextCollisionMap(*PLATFORMS[place], 0.2, 20.0)
+    return settled_speeds(found(place), section, np.array([0.0, -2.0]))
 
 
 def jacobian(place: int) -> Any:
-    start = drawn_starts(800 + place, 1, 3)[0].tolist()
-    return pinned.jacobian((*PLATFORMS[place], 0.4, 15.0), start, 2)
+    """An orbit of the map as an object, and its derivatives."""
+    section = NextCollisionMap(*PLATFORMS[place], 0.4, 15.0)
+    state = MapState(*drawn_starts(800 + place, 1, 3)[0].tolist())
+    tau, w, slip, *rest = section.orbit(state, 2)
+    return [tau, w, rest, nearly([slip, section.jacobian(state, 2)])]
+
+
+def orbit_numbers(orbit: PeriodicOrbit) -> Any:
+    sizes = [abs(one) for one in orbit.multipliers]
+    return nearly([*orbit[1:], np.array(sizes), orbit.lyapunov_exponent], 8)
+
+
+def periodic(forcing: float, restitution: float, lag: float, angular: float) -> Any:
+    return orbit_numbers(fixed_point(forcing, restitution, lag, angular))
+
+
+def doublings(axis: str, limit: float, count: int) -> Any:
+    """Points of period doubling on the way to a limit."""
+    found = period_doublings(fixed_point(0.45, 0.5), axis, limit, count)
+    return [[nearly(point.value), orbit_numbers(point.orbit)] for point in found]
 
 
 SETTINGS: tuple[tuple[float, float, dict[str, float]], ...] = (
@@ -126,25 +217,23 @@ SETTINGS: tuple[tuple[float, float, dict[str, float]], ...] = (
 )
 
 
-def drawn_tosses(seed: int, count: int) -> Floats:
-    draw = Draw(900 + seed)
-    arc, frequency, _ = SETTINGS[seed % len(SETTINGS)]
+def a_setting(seed: int) -> TossSetting:
+    arc, frequency, values = SETTINGS[seed % len(SETTINGS)]
+    whole = {**parameters.DEFAULTS, "gravity": 10.0, **values}
+    return TossSetting(arc, frequency, Disk(*(float(whole[name]) for name in Disk._fields)))
+
+
+def ridden(seed: int) -> Any:
+    """Tosses of A, Φ, θ, τ, α̇."""
+    draw, setting = Draw(900 + seed), a_setting(seed)
+    arc, frequency, disk = setting
     rows = [
         (draw.number(0.2, 1.0) * arc, draw.number(0.0, 8.0) * arc, draw.number(-3.1, 3.1),
          draw.one_of(4.712389, draw.number(0.0, 6.28)),
          draw.one_of(0.0, draw.number(-3.0, 3.0) * frequency))
-        for _ in range(count)
+        for _ in range(40)
     ]  # fmt: skip
-    return np.array(rows)
-
-
-def a_setting(seed: int) -> Any:
-    arc, frequency, values = SETTINGS[seed % len(SETTINGS)]
-    return pinned.setting(arc, frequency, **values)
-
-
-def ridden(seed: int) -> Any:
-    return pinned.ridden(drawn_tosses(seed, 40), a_setting(seed))
+    return list(toss_pixels(np.array(rows), frequency, disk))
 
 
 LAGS, ANGLES = np.linspace(-3.0, 3.0, 13), np.linspace(0.0, 1.5, 9)
@@ -152,19 +241,22 @@ LAGS, ANGLES = np.linspace(-3.0, 3.0, 13), np.linspace(0.0, 1.5, 9)
 
 def toss_map(seed: int) -> Any:
     start = {} if seed < 4 else {"angular_velocity": 3.0, "forcing_phase": 4.0}
-    return pinned.toss_map(LAGS, ANGLES, a_setting(seed), **start)
+    return nearly(list(toss(LAGS[:, None], ANGLES[None, :], a_setting(seed), **start)), 10)
 
 
 def paths(seed: int) -> Any:
-    return pinned.paths(LAGS[:4], ANGLES[1:5], a_setting(seed), 33)
+    """Paths of the hand."""
+    return nearly(list(toss_paths(LAGS[:4], ANGLES[1:5], a_setting(seed), points=33)), 12)
 
 
 def trajectory(seed: int) -> Any:
-    return pinned.trajectory((0.0, 1.5, -0.3, 2.5)[seed], 0.6, a_setting(0), 60)
+    # by whole nanoseconds, which the last digit of an amplitude may move by one
+    found = toss_trajectory((0.0, 1.5, -0.3, 2.5)[seed], 0.6, a_setting(0), samples=60)
+    return nearly(list(found), 7)
 
 
-def best_toss(measure: str, lag: float) -> Any:
-    return pinned.best_toss(measure, a_setting(0), phase_lag=lag)
+def best_toss(measure: str) -> Any:
+    return nearly(getattr(extreme(measure, a_setting(0), phase_lag=0.0), measure))
 
 
 def runs() -> Runs:
@@ -183,17 +275,13 @@ def runs() -> Runs:
     yield from seeded("map", "best phase lags", 2, lambda i: best_lags((2, 3)[i]), in_lanes=True)
     yield from seeded("map", "mean speeds", 2, lambda i: speeds((2, 4)[i]), in_lanes=True)
     yield from seeded("map", "jacobian", 3, lambda i: jacobian((1, 2, 5)[i]))
-    yield plain("map", "period-1", pinned.periodic, 0.45, 0.5, -0.5, 10.0)
-    yield plain("map", "period-1 of weak friction", pinned.periodic, 0.6, 0.4, 0.3, 500.0)
-    yield plain(
-        "map", "doublings over forcing", pinned.doublings, 0.45, 0.5, "axial_forcing", 0.55, 3
-    )
-    yield plain(
-        "map", "doublings over restitution", pinned.doublings, 0.45, 0.5, "restitution", 0.7, 1
-    )
+    yield plain("map", "period-1", periodic, 0.45, 0.5, -0.5, 10.0)
+    yield plain("map", "period-1 of weak friction", periodic, 0.6, 0.4, 0.3, 500.0)
+    yield plain("map", "doublings over forcing", doublings, "axial_forcing", 0.55, 3)
+    yield plain("map", "doublings over restitution", doublings, "restitution", 0.7, 1)
     yield from seeded("toss", "one by one", 4, ridden)
     yield from seeded("toss", "map", 6, toss_map)
     yield from seeded("toss", "paths", 3, paths)
     yield from seeded("toss", "in time", 3, trajectory)
-    yield plain("toss", "fastest", best_toss, "airborne_speed", 0.0)
-    yield plain("toss", "most efficient", best_toss, "efficiency", 0.0)
+    yield plain("toss", "fastest", best_toss, "airborne_speed")
+    yield plain("toss", "most efficient", best_toss, "efficiency")

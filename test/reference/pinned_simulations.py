@@ -2,13 +2,29 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
-from support import pinned
+import numpy as np
+from numpy.typing import NDArray
+
+from bouncing_disk_ros import Simulation, parameters, simulate
+from bouncing_disk_ros.core.arithmetic import sine_and_cosine
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion, join_rows
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.run.input_records import Record, from_json, to_json
+from bouncing_disk_ros.run.input_replay import restored
+from bouncing_disk_ros.run.replay_check import replay
+from bouncing_disk_ros.run.session import Session
+from bouncing_disk_ros.run.what_if import changes_of
+from bouncing_disk_ros.run.what_if import what_if as compare
 from support.pinned_draws import GRAVITY, Draw, Runs, amplitude, drawn, drawn_values, plain, six
 
-NS = pinned.NS
+NS = 1_000_000_000
+Values = Mapping[str, Any]
+Rows = NDArray[np.void]
 COMMANDS = {
     "axial_amplitude": (0.03, 0.015),
     "angular_amplitude": (0.6, 0.4),
@@ -18,13 +34,156 @@ COMMANDS = {
 """Command -> middle and swing of a programme that follows a sine."""
 
 
+def without_version(records: Sequence[Record]) -> list[Record]:
+    """Records as they are published, but for the version of the package."""
+    return [{k: v for k, v in record.items() if k != "version"} for record in records]
+
+
+def without_snapshots(records: Sequence[Record]) -> list[Record]:
+    """Records of what drove a run alone."""
+    return [record for record in records if record["kind"] != "snapshot"]
+
+
+def simulated(
+    duration: float,
+    programme: Sequence[tuple[float, Mapping[str, float]]] = (),
+    impulses: Sequence[tuple[float, float, float]] = (),
+    sample_rate: float | None = 50.0,
+    preset: str = "",
+    **values: Any,
+) -> Any:
+    """Rows of impacts, samples and inputs of a run of `simulate`."""
+    found = simulate(
+        duration,
+        programme=programme, impulses=impulses, sample_rate=sample_rate, preset=preset, **values,
+    )  # fmt: skip
+    return [found.impacts, found.samples, without_snapshots(found.inputs)]
+
+
+def started(values: Values) -> Simulation:
+    """The core's simulation from some parameters of the table."""
+    whole = parameters.complete(values)
+
+    def some(*names: str) -> list[float]:
+        return [float(whole[name]) for name in names]
+
+    speed = None if whole["initial_with_platform"] else float(whole["initial_axial_velocity"])
+    height, *rest = some(
+        "initial_height", "initial_angular_velocity", "initial_angle", "initial_forcing_phase"
+    )
+    return Simulation(
+        Motion(*some("axial_amplitude", "angular_amplitude", "frequency", "phase_lag")),
+        Disk(*some("mass", "restitution", "friction", "friction_radius", "gyration_radius",
+                   "gravity", "preload", "load_torque")),
+        InitialState(height, speed, *rest),
+        chatter_report_speed=float(whole["chatter_report_speed"]),
+    )  # fmt: skip
+
+
+def stepped(run: Simulation, instants_ns: Sequence[int], max_events: int = 1_000_000) -> Any:
+    """Rows, samples and energies of a run that is advanced from instant to instant."""
+    rows, samples, energies = [], [], []
+    for at in instants_ns:
+        behind = True
+        while behind:
+            some, behind = run.advance(at, max_events)
+            rows.append(some)
+        samples.append(list(run.sample()))
+        energies.append(energy_before(run))
+    table = np.array(samples, float)
+    return [join_rows([part for part in rows if len(part)]), table, np.array(energies, float)]
+
+
+_LATER = ("spin_sign", "drag", "rows_entered", "brake_torque", "brake", "load_inertia")
+
+
+def energy_before(run: Simulation) -> list[float]:
+    """The energy ledger without the loss in a brake, which no pinned run has."""
+    energy = run.energy()._asdict()
+    assert energy.pop("loss_brake") == 0.0
+    return list(energy.values())
+
+
+def before_loads(value: Any) -> Any:
+    """Records as they were before disks had a brake and a load inertia, which no pinned run has."""
+    if isinstance(value, dict):
+        found = {name: before_loads(part) for name, part in value.items() if name not in _LATER}
+        if isinstance(found.get("disk"), list):
+            found["disk"] = found["disk"][:8]
+        if "slip_sign" in found:
+            found["slip_sign"] = float(found["slip_sign"])
+        if "books" in found:
+            found["books"] = [row[:7] + row[8:] for row in found["books"]]
+        return found
+    return [before_loads(part) for part in value] if isinstance(value, list) else value
+
+
+class DrivenRun:
+    """A run with inputs of every kind, its records and its rows in batches."""
+
+    def __init__(self, values: Values) -> None:
+        self.records: list[Record] = []
+        self.batches: list[Rows] = []
+        self._session = Session(parameters.complete(values), self._take, paused=False)
+
+    def _take(self, record: Record) -> None:
+        self.records.append(from_json(to_json(record)))
+
+    @property
+    def time_ns(self) -> int:
+        """Simulated time."""
+        return self._session.time_ns
+
+    def advance(self, seconds: float) -> None:
+        """Simulate for a while."""
+        self._session.advance(self._session.time_ns + round(seconds * NS))
+        self.batches += [rows for rows in self._session.take_rows() if len(rows)]
+
+    def command(self, points: Sequence[tuple[float, Sequence[float]]]) -> None:
+        """A programme: (seconds from now, A, Φ, f, θ)."""
+        now = self._session.input_ns
+        self._session.command([(now + round(at * NS), Motion(*to)) for at, to in points])
+
+    def impulse(self, after: float, axial: float, angular: float) -> None:
+        """An impulse some seconds from now."""
+        self._session.apply_impulse(self._session.input_ns + round(after * NS), axial, angular)
+
+    def change(self, **values: Value) -> None:
+        """Parameters that change while it runs."""
+        self._session.set_parameters(parameters.checked(values))
+
+    def pause(self, paused: bool) -> None:
+        """Pause or resume."""
+        self._session.set_paused(paused)
+
+    def reset(self) -> None:
+        """Back to the initial state."""
+        self._session.reset()
+
+    def snapshot(self) -> None:
+        """Put the state on record."""
+        self._session.snapshot()
+
+    def content(self, snapshots: bool = False) -> Any:
+        """Rows, records (snapshots too, if wanted), the state and the energies at the end."""
+        simulation = self._session.simulation
+        records = without_version(self.records) if snapshots else without_snapshots(self.records)
+        records = before_loads(records)
+        return [
+            join_rows(self.batches),
+            records,
+            list(simulation.sample()),
+            energy_before(simulation),
+        ]
+
+
 def steady(seed: int) -> Any:
     draw = Draw(1000 + seed)
-    return pinned.simulated(6.0, **drawn_values(draw))
+    return simulated(6.0, **drawn_values(draw))
 
 
 def preset(name: str, phase: float) -> Any:
-    return pinned.simulated(8.0, preset=name, initial_forcing_phase=phase)
+    return simulated(8.0, preset=name, initial_forcing_phase=phase)
 
 
 def faded(seed: int) -> Any:
@@ -43,7 +202,7 @@ def faded(seed: int) -> Any:
         }
         programme.append((at, target))
     duration = draw.one_of(0.0, draw.number(0.05, 1.0))
-    return pinned.simulated(7.0, programme, crossfade_duration=duration, **values)
+    return simulated(7.0, programme, crossfade_duration=duration, **values)
 
 
 def commanded_by_a_sine(name: str, points: int) -> Any:
@@ -56,7 +215,7 @@ def commanded_by_a_sine(name: str, points: int) -> Any:
         (six(0.4 + 0.3 * i), {name: six(middle + swing * signed[i % len(signed)])})
         for i in range(points)
     ]
-    return pinned.simulated(6.0, programme, crossfade_duration=0.25)
+    return simulated(6.0, programme, crossfade_duration=0.25)
 
 
 def pushed(seed: int) -> Any:
@@ -68,7 +227,7 @@ def pushed(seed: int) -> Any:
          draw.one_of(0.0, draw.number(-0.02, 0.02)))
         for _ in range(draw.whole(1, 12))
     ]  # fmt: skip
-    return pinned.simulated(5.0, impulses=impulses, **values)
+    return simulated(5.0, impulses=impulses, **values)
 
 
 def in_contact(seed: int) -> Any:
@@ -82,7 +241,7 @@ def in_contact(seed: int) -> Any:
         "friction": draw.one_of(0.0, 1e-3, 0.05, 0.3),
         "load_torque": draw.one_of(0.0, draw.number(-0.05, 0.05)),
     }
-    return pinned.simulated(5.0, sample_rate=100.0, **values)
+    return simulated(5.0, sample_rate=100.0, **values)
 
 
 def chattering(seed: int) -> Any:
@@ -95,7 +254,7 @@ def chattering(seed: int) -> Any:
         "initial_height": draw.number(0.001, 0.1),
         "chatter_report_speed": draw.one_of(0.0, 1e-3, 0.1, 10.0),
     }
-    return pinned.simulated(4.0, **values)
+    return simulated(4.0, **values)
 
 
 def pressed(seed: int) -> Any:
@@ -110,7 +269,7 @@ def pressed(seed: int) -> Any:
         "load_torque": draw.number(-0.05, 0.05),
         "axial_amplitude": amplitude(draw.number(0.3, 0.8), values["frequency"], weight),
     }
-    return pinned.simulated(5.0, **values)
+    return simulated(5.0, **values)
 
 
 def resting(seed: int) -> Any:
@@ -120,7 +279,7 @@ def resting(seed: int) -> Any:
     still = draw.one_of("axial_amplitude", "angular_amplitude")
     values |= {still: 0.0, "initial_height": draw.one_of(0.0, 0.05)}
     values |= {"axial_amplitude": 0.0} if seed % 2 else {}
-    return pinned.simulated(4.0, **values)
+    return simulated(4.0, **values)
 
 
 def fast(seed: int) -> Any:
@@ -133,7 +292,7 @@ def fast(seed: int) -> Any:
         "angular_amplitude": draw.decades(-7, -5),
         "initial_height": draw.one_of(0.0, draw.decades(-9, -6)),
     }
-    return pinned.simulated(six(60.0 / frequency), sample_rate=10e3, **values)
+    return simulated(six(60.0 / frequency), sample_rate=10e3, **values)
 
 
 def wild(seed: int) -> Any:
@@ -154,14 +313,14 @@ def wild(seed: int) -> Any:
         "initial_axial_velocity": draw.number(-2.0, 2.0),
         "initial_height": draw.decades(-8, 0),
     }
-    run = pinned.started(values)
+    run = started(values)
     period = NS / frequency
-    return pinned.stepped(run, [round(period * k) for k in (1, 2, 5, 20)])
+    return stepped(run, [round(period * k) for k in (1, 2, 5, 20)])
 
 
 def ticked(pattern: str) -> Any:
     """One run with inputs, advanced in one of several ways: impacts do not depend on it."""
-    run = pinned.DrivenRun({"axial_amplitude": 0.045, "angular_amplitude": 0.7})
+    run = DrivenRun({"axial_amplitude": 0.045, "angular_amplitude": 0.7})
     draw = Draw(77)
     ways = {
         "in one go": [4.0], "by seconds": [1.0] * 4, "by periods": [0.25] * 16,
@@ -184,10 +343,10 @@ TICKS = ("in one go", "by seconds", "by periods", "by 10 ms", "by 1 ms", "first 
 
 
 @cache
-def driven(seed: int) -> pinned.DrivenRun:
+def driven(seed: int) -> DrivenRun:
     """A run with inputs of every kind: parameters that change, pauses, resets, snapshots."""
     draw = Draw(10_000 + seed)
-    run = pinned.DrivenRun(drawn_values(draw, frequency=3.0, axial_amplitude=0.045))
+    run = DrivenRun(drawn_values(draw, frequency=3.0, axial_amplitude=0.045))
     for _ in range(25):
         run.advance(draw.one_of(0.0, 1e-9, 0.001, draw.number(0.0, 0.3)))
         an_input(run, draw)
@@ -196,7 +355,7 @@ def driven(seed: int) -> pinned.DrivenRun:
     return run
 
 
-def an_input(run: pinned.DrivenRun, draw: Draw) -> None:
+def an_input(run: DrivenRun, draw: Draw) -> None:
     match draw.whole(0, 8):
         case 0 | 1:
             first = draw.number(0.0, 0.2)
@@ -220,39 +379,48 @@ def an_input(run: pinned.DrivenRun, draw: Draw) -> None:
 
 def sines(low: float, high: float) -> Any:
     count = 20_001
-    return pinned.sines([low + (high - low) * (i / (count - 1)) for i in range(count)])
+    angles = (low + (high - low) * (i / (count - 1)) for i in range(count))
+    return np.array([sine_and_cosine(angle) for angle in angles])
 
 
-def replayed(seed: int) -> Any:
+def replayed(seed: int, first: int = 0) -> Any:
     run = driven(seed)
-    return pinned.replayed(run.records, run.batches)
+    found = replay(run.records[first:], run.batches)
+    assert found.identical, found.difference
+    return [found.impacts, found.rows, found.missing, found.not_compared, found.records,
+            found.snapshots, found.first_row, found.start_ns, found.end_ns,
+            [list(gap) for gap in found.gaps]]  # fmt: skip
 
 
 def cut(seed: int) -> Any:
-    """A replay of what is left when the first records and some in the middle are missing."""
-    run = driven(seed)
-    snapshots = [i for i, record in enumerate(run.records) if record["kind"] == "snapshot"]
-    first = snapshots[-1]
-    found = [pinned.replayed(run.records[first:], run.batches)]
-    return [*found, pinned.continued(run.records[first], 2.0)]
+    """A replay of what is left when the first records are missing, and a run that goes on there."""
+    records = driven(seed).records
+    first = max(i for i, record in enumerate(records) if record["kind"] == "snapshot")
+    run = restored(records[first])
+    return [replayed(seed, first), stepped(run, [run.time_ns + 2 * NS])]
 
 
 def resumed(seed: int) -> Any:
     """A run from its checkpoint in mid-run: the checkpoint, and all that follows."""
     draw = Draw(11_000 + seed)
-    run = pinned.started(drawn_values(draw))
-    first = pinned.stepped(run, [round(draw.number(0.1, 3.0) * NS)])
-    again = pinned.resumed(run)
+    run = started(drawn_values(draw))
+    first, checkpoint = stepped(run, [round(draw.number(0.1, 3.0) * NS)]), run.snapshot()
+    again = Simulation.restore(json.loads(json.dumps(checkpoint)))
     until = [run.time_ns + round(k * 0.4 * NS) for k in range(1, 5)]
-    return [first, pinned.checkpoint(run), pinned.stepped(again, until)]
+    return [first, before_loads(checkpoint), stepped(again, until)]
 
 
 def what_if(seed: int) -> Any:
-    draw = Draw(12_000 + seed)
-    run = driven(seed)
-    names = {"restitution": 0.45, "friction": 0.2, "frequency": 3.3, "phase_lag": -1.2}
-    name = draw.one_of(*names)
-    return pinned.compared(run.records, {name: names[name]}, run.time_ns)
+    """A run and a changed one: rows, samples, rotor speeds and where the two part."""
+    run, values = (
+        driven(seed),
+        {"restitution": 0.45, "friction": 0.2, "frequency": 3.3, "phase_lag": -1.2},
+    )
+    name = Draw(12_000 + seed).one_of(*values)
+    found = compare(run.records, changes_of({name: values[name]}), run.time_ns)
+    apart = found.divergence
+    return [list(found.first), list(found.second), found.start_ns, found.end_ns,
+            found.divergence_time_ns, apart and [apart.recorded, apart.replayed]]  # fmt: skip
 
 
 def runs() -> Runs:

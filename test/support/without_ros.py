@@ -5,7 +5,7 @@
     python test/support/without_ros.py -c "from bouncing_disk_ros import simulate; ..." + demo
 
 What ROS brings, its definitions of messages too, is not found. Several command lines may stand
-there, with a + in between (see several.py).
+there, with a + in between: imports cost most. Each is followed by a line that tells its exit code.
 """
 
 from __future__ import annotations
@@ -50,10 +50,22 @@ def hide_ros() -> None:
     schema._file = no_file  # type: ignore[assignment]
 
 
+def run_all(words: Sequence[str]) -> None:
+    """Run the command lines that these words are."""
+    from bouncing_disk_ros.__main__ import run
+
+    for line in "\n".join(words).split("\n+\n"):
+        name, *arguments = line.split("\n")
+        code: str | int | None
+        try:
+            code = run(name, arguments)
+        except SystemExit as end:  # of --help
+            code = end.code
+        print(f"{name} ended with {code or 0}", flush=True)
+
+
 def main() -> int | None:
     """Run what the command line names."""
-    from support.several import run_all
-
     del sys.path[0]  # this folder has modules with names of others
     hide_ros()
     if sys.argv[1] == "-c":

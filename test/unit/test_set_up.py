@@ -113,6 +113,38 @@ def test_a_venv_is_made_anew_where_anything_changed(
     assert made.read_stamp() == ([] if change else ["run"])
 
 
+SITE = ".venv/lib/python3.12/site-packages"
+SHARE = ".venv/share/bouncing_disk_ros"
+INSTALLED = {
+    "bouncing_disk_ros/py.typed": SITE, "bouncing_disk_ros/core/a.py": SITE,
+    "config/swum.yaml": SHARE, "package.xml": SHARE,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("is_deleted", [True, False])
+@pytest.mark.parametrize(
+    "place", [*INSTALLED, f"{SITE}/bouncing_disk_ros/core/a.py", "bouncing_disk_ros/core/b.py",
+              f"{SITE}/bouncing_disk_ros-1.dist-info/RECORD", f"{SHARE}/package.xml"],
+)  # fmt: skip
+def test_the_package_is_installed_again_where_a_file_differs(
+    made: ModuleType, tmp_path: Path, place: str, is_deleted: bool
+) -> None:
+    record = f"{SITE}/bouncing_disk_ros-1.dist-info/RECORD"
+    for name in (*INSTALLED, *(f"{folder}/{name}" for name, folder in INSTALLED.items()), record):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("original")
+    compiled = tmp_path / "bouncing_disk_ros" / "core" / "__pycache__" / "a.pyc"
+    compiled.parent.mkdir()
+    compiled.touch()
+    assert made.is_installed()
+    if is_deleted:
+        (tmp_path / place).unlink(missing_ok=True)
+    else:
+        (tmp_path / place).write_text("another")
+    same = is_deleted if place.endswith("b.py") else place == record and not is_deleted
+    assert made.is_installed() == same
+
+
 @pytest.fixture
 def told(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """What setup.py tells setuptools."""
