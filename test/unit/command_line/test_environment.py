@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from bouncing_disk_ros.command_line import environment
-from bouncing_disk_ros.errors import InputError
+from support.checks import refused
 from support.places import installed
 
 DOMAIN, MIDDLEWARE, SECURITY = (
@@ -73,14 +73,15 @@ def test_settings_that_are_refused(
 ) -> None:
     for name, text in settings.items():
         ros.setenv(name, text)
-    with pytest.raises(InputError, match=words):
-        check()
+    refused(words, check)
 
 
 # a domain of one's own
 
 
-def test_a_domain_with_a_participant_is_not_free() -> None:
+def test_a_domain_with_a_participant_is_not_free_and_none_that_is_is_told(
+    clean: pytest.MonkeyPatch,
+) -> None:
     domain, reservation = environment.free_domain()
     reservation.close()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
@@ -90,6 +91,8 @@ def test_a_domain_with_a_participant_is_not_free() -> None:
         reservation.close()
         assert other != domain
     assert environment.domain_is_free(domain)
+    clean.setattr(environment, "domain_is_free", lambda domain: False)
+    refused("all in use", environment.free_domain)
 
 
 def test_a_domain_is_given_to_one_at_a_time(ros_domain: int) -> None:
@@ -102,12 +105,6 @@ def test_a_domain_is_given_to_one_at_a_time(ros_domain: int) -> None:
             domains.append(domain)
         assert len(set(domains)) == 20
     assert environment.reserved(ros_domain) is None, "that of the session of tests"
-
-
-def test_no_free_domain_is_told(clean: pytest.MonkeyPatch) -> None:
-    clean.setattr(environment, "domain_is_free", lambda domain: False)
-    with pytest.raises(InputError, match="all in use"):
-        environment.free_domain()
 
 
 def test_private_domain_is_on_this_machine_stays_reserved_and_says_how_to_join(
