@@ -45,7 +45,7 @@ def test_every_file_of_tests_is_collected_beside_launch_testing() -> None:
 
 def test_collecting_nothing_fails() -> None:
     """`colcon test` takes pytest's own code for it, 5, for success."""
-    done = collected("test/unit/test_angles.py", "-k", "no_test_of_this_name")
+    done = collected("test/unit/test_errors.py", "-k", "no_test_of_this_name")
     assert "no tests collected" in done.stdout
     assert done.returncode == pytest.ExitCode.TESTS_FAILED, done.stderr
 

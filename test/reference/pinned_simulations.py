@@ -16,7 +16,7 @@ from bouncing_disk_ros.core.model import Disk, InitialState, Motion, join_rows
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.input_records import Record, from_json, to_json
 from bouncing_disk_ros.run.input_replay import restored
-from bouncing_disk_ros.run.replay_check import replay
+from bouncing_disk_ros.run.replay import replay
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.what_if import changes_of
 from bouncing_disk_ros.run.what_if import what_if as compare

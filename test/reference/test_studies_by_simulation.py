@@ -1,6 +1,6 @@
 """Studies at random options beside single runs of the simulator, which know nothing of them.
 
-A diagram follows the map step by step: its steps have the stepper's bits (test_rotation_map.py),
+A diagram follows the map step by step: its steps have the stepper's bits (test_map_kernels.py),
 and its results are pinned. Tosses are in test_toss.py. Of the resilience studies, fatal changes are
 beside the simulator in test_fatal_changes.py, manifolds beside basins in test_manifolds.py, and
 curves beside Newton's method in test_curve_reference.py.

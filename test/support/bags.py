@@ -5,7 +5,7 @@ from __future__ import annotations
 from array import array
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import TwistStamped
@@ -22,16 +22,8 @@ START_NS = 1_700_000_000_123_456_789
 STEP_NS = 1_000_000
 
 
-class Sent(NamedTuple):
-    """One message given to the writer."""
-
-    topic: str
-    log_time_ns: int
-    publish_time_ns: int
-    sequence: int
-    data: bytes
-
-
+Sent = bag.Message
+"""One message given to the writer."""
 TYPES = {
     "/disk/impacts": "sensor_msgs/msg/PointCloud2",
     "/joint_states": "sensor_msgs/msg/JointState",
@@ -83,6 +75,12 @@ def messages(count: int = 100) -> Iterator[Sent]:
         time_ns = START_NS + place * STEP_NS
         data = serialize_message(message(topic, number))
         yield Sent(topic, time_ns, time_ns - 1000, number + 1, data)
+
+
+def read(path: Path) -> list[bag.Message]:
+    """The messages of a bag."""
+    with bag.open(path) as run:
+        return list(run.messages())
 
 
 def write(writer: bag.Writer, sent: list[Sent]) -> None:

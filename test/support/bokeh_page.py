@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from bokeh.document import Document
+from bokeh.models import Div
+
+from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.parameters import DEFAULTS
+
+VALUES = {name: value for name, value in DEFAULTS.items() if isinstance(value, float)}
+"""The numbers that a run begins with by default."""
 
 
 class BokehPage:
@@ -28,3 +36,29 @@ class BokehPage:
         """An event as a browser sends it, and what follows."""
         self.document.callbacks.trigger_event(event)
         self.settle()
+
+
+class OpenedPane(BokehPage):
+    """A pane of a run that a browser has just shown; what it sends is in `sent`, or refused."""
+
+    def __init__(self, kind: type[Any], **changed: float) -> None:
+        self.values, self.sent = {**VALUES, **changed}, list[Mapping[str, Any]]()
+        self.refusal: InputError | None = None
+        super().__init__(kind(lambda: self.values, self._send))
+        self.changed()
+
+    def _send(self, parameters: Mapping[str, Any]) -> None:
+        if self.refusal:
+            raise self.refusal
+        self.sent.append(parameters)
+
+    def changed(self, **values: float) -> None:
+        """Let the run have other values."""
+        self.values |= values
+        self.pane.parameters_changed()
+        self.settle()
+
+    @property
+    def texts(self) -> str:
+        """All texts of the pane."""
+        return "\n".join(one.text for one in self.document.select({"type": Div}))

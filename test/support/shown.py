@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from types import ModuleType
 
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import named, run
+from support.checks import there
 
 Shown = tuple[dict[str, Figure], list[str], xr.Dataset]
 
 
-def shown(path: Path, tool: ModuleType, **given: Value) -> Shown:
+def result_of(name: str, **given: Value) -> xr.Dataset:
+    """The result of a study with these parameters, kept in memory."""
+    return there(run(named(name, **given)))
+
+
+def shown(tool: ModuleType, **given: Value) -> Shown:
     """The figures, all drawn, the lines and the result of a small study."""
     study = named(tool.DEFINITION.name, **given)
-    result = run(study, path / "r.zarr")
-    assert result is not None
+    result = there(run(study))
     figures = dict(tool.DEFINITION.pictures(study, result))
     for figure in figures.values():
         figure.set_layout_engine("none")  # takes three times as long as the rest
@@ -32,6 +37,13 @@ def told(tool: ModuleType, result: xr.Dataset) -> list[str]:
     lines: list[str] = tool.DEFINITION.lines(result)
     assert all("\n" not in line for line in lines)
     return lines
+
+
+def legend_of(axes: Axes) -> list[str]:
+    """The texts of a legend."""
+    legend = axes.get_legend()
+    assert legend is not None, axes.get_ylabel()
+    return [text.get_text() for text in legend.get_texts()]
 
 
 def text_of(figure: Figure) -> str:

@@ -44,7 +44,7 @@ def test_rows_are_found_by_their_time() -> None:
     assert len(table) == 0
 
 
-def test_rows_are_not_changed_by_those_who_read_them() -> None:
+def test_rows_are_not_changed_by_those_who_read_them_and_none_may_be_kept() -> None:
     """A reader who set the times to 0 in place changed the record, and what is computed from it."""
     table = NewestRows(DTYPE, 5)
     table.append(rows(0, 3))
@@ -53,28 +53,22 @@ def test_rows_are_not_changed_by_those_who_read_them() -> None:
     changed = table.rows.copy()
     changed["time"] -= 1.0
     assert table.rows["time"].tolist() == [0.0, 1.0, 2.0]
+    none = NewestRows(DTYPE, 0)
+    none.append(rows(0, 3))
+    assert (len(none), none.dropped) == (0, 3)
 
 
-def test_a_table_of_no_rows_counts_them() -> None:
-    table = NewestRows(DTYPE, 0)
-    table.append(rows(0, 3))
-    assert (len(table), table.dropped) == (0, 3)
-
-
-def test_a_list_keeps_at_least_the_newest() -> None:
+def test_a_list_keeps_the_newest_and_a_downsampled_one_even_steps() -> None:
     kept = Newest[int](8)
     for number in range(1000):
         kept.append(number)
         assert kept == list(range(kept.dropped, number + 1))
         assert min(8, number + 1) <= len(kept) < 16
-
-
-def test_a_downsampled_list_keeps_even_steps() -> None:
-    kept = Downsampled[int](8)
+    sparse = Downsampled[int](8)
     for number in range(1000):
-        kept.append(number)
-    assert 4 <= len(kept) <= 8
-    assert kept == list(range(0, 1000, kept.step))
+        sparse.append(number)
+    assert 4 <= len(sparse) <= 8
+    assert sparse == list(range(0, 1000, sparse.step))
 
 
 @pytest.mark.parametrize("kind", [Downsampled, Newest])

@@ -54,7 +54,7 @@ def test_a_value_is_cut_before_it_is_made_a_text() -> None:
     assert len(shown("x" * 1000)) == 120
 
 
-def test_the_line_is_made_when_it_is_read() -> None:
+def test_the_line_is_made_when_it_is_read_in_another_process_too() -> None:
     asked = []
 
     def hint() -> str:
@@ -65,14 +65,9 @@ def test_the_line_is_made_when_it_is_read() -> None:
     assert not asked
     assert error.line == str(error) == "name: got 'x', allowed: y. Do this."
     assert asked
-
-
-def test_errors_cross_processes() -> None:
-    error = pickle.loads(
-        pickle.dumps(InputError("name", "x", "y", partial(closest, "ab", ["abc"])))
-    )
-    assert error.line == "name: got 'x', allowed: y. Did you mean abc?"
-    assert error.given == "x"
+    sent = pickle.loads(pickle.dumps(InputError("name", "x", "y", partial(closest, "ab", ["abc"]))))
+    assert sent.line == "name: got 'x', allowed: y. Did you mean abc?"
+    assert sent.given == "x"
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from bouncing_disk_ros import folders
-from bouncing_disk_ros.errors import InputError
+from support.checks import refused
 from support.places import installed, private
 
 # logs and matplotlib
@@ -50,14 +50,13 @@ def test_with_no_folder_for_logs_the_line_says_what_to_set(
 ) -> None:
     private(tmp_path).touch()
     folders.use_matplotlib_folder()  # matplotlib then helps itself
-    with pytest.raises(InputError, match=r"ROS_LOG_DIR: .* a folder that can be written"):
-        folders.use_log_folder()
+    refused(r"ROS_LOG_DIR: .* a folder that can be written", folders.use_log_folder)
 
 
 # package index
 
 
-def test_the_prefix_of_the_package_joins_the_index(
+def test_the_prefix_of_the_package_joins_the_index_which_stays_empty_without_one(
     clean: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     prefix = installed(tmp_path / "venv", "packages/bouncing_disk_ros")
@@ -67,11 +66,7 @@ def test_the_prefix_of_the_package_joins_the_index(
     assert os.environ["AMENT_PREFIX_PATH"] == f"{tmp_path}/ros:{prefix}"
     folders.use_package_index()
     assert os.environ["AMENT_PREFIX_PATH"] == f"{tmp_path}/ros:{prefix}"
-
-
-def test_without_an_installed_package_the_index_stays_empty(
-    clean: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+    clean.delenv("AMENT_PREFIX_PATH")
     clean.setattr(folders, "__file__", str(tmp_path / "folders.py"))
     clean.setattr("sys.prefix", str(tmp_path))
     folders.use_package_index()
@@ -90,8 +85,7 @@ def test_the_shared_files_are_those_of_the_source_tree_or_of_the_installed_prefi
     clean.setattr(folders, "__file__", str(place))
     clean.setattr("sys.prefix", str(tmp_path))  # the package under test may be installed there,
     clean.delenv("AMENT_PREFIX_PATH", raising=False)  # and the lookup above has named it then
-    with pytest.raises(InputError, match="Is the package installed with its share files"):
-        folders.share_directory()
+    refused("Is the package installed with its share files", folders.share_directory)
     config = prefix / "share/bouncing_disk_ros/config"
     config.mkdir(parents=True)
     assert folders.share_directory() == config.parent

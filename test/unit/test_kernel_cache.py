@@ -14,14 +14,14 @@ from pathlib import Path
 import pytest
 
 from bouncing_disk_ros import kernel_cache
+from support.checks import there
 from support.places import private
 
 
 def test_kernels_are_cached_in_xdg_cache_home_or_under_home(
     clean: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    folder = kernel_cache.numba_cache_directory()
-    assert folder is not None
+    folder = there(kernel_cache.numba_cache_directory())
     assert folder.is_dir()
     assert folder.parent == tmp_path / "home" / ".cache" / "bouncing_disk_ros"
     kernel_cache.use_numba_cache()
@@ -29,8 +29,7 @@ def test_kernels_are_cached_in_xdg_cache_home_or_under_home(
     clean.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
     kernel_cache.use_numba_cache()  # what is set stays
     assert os.environ["NUMBA_CACHE_DIR"] == str(folder)
-    other = kernel_cache.numba_cache_directory()
-    assert other is not None
+    other = there(kernel_cache.numba_cache_directory())
     assert other.parent == tmp_path / "xdg" / "bouncing_disk_ros"
 
 
@@ -40,8 +39,7 @@ def test_without_home_kernels_are_cached_in_a_private_temporary_folder(
 ) -> None:
     if home == "unset":
         no_home.delenv("HOME")
-    folder = kernel_cache.numba_cache_directory()
-    assert folder is not None
+    folder = there(kernel_cache.numba_cache_directory())
     assert folder.parent == private(tmp_path)
     assert stat.S_IMODE(private(tmp_path).stat().st_mode) == 0o700
 
@@ -67,8 +65,7 @@ def test_a_folder_that_others_own_or_may_write_to_is_passed_over(
     clean: pytest.MonkeyPatch, tmp_path: Path, kind: str
 ) -> None:
     """numba runs what it finds there."""
-    first = kernel_cache.numba_cache_directory()
-    assert first is not None
+    first = there(kernel_cache.numba_cache_directory())
     if kind == "of another":
         getuid = os.getuid
         clean.setattr(os, "getuid", lambda: getuid() + 1)

@@ -177,11 +177,16 @@ def test_what_is_tested_is_within_the_bounds(told: dict[str, Any], name: str) ->
         assert all(version in needed.specifier for version in oldest), needed.name
 
 
-def test_ubuntu_keeps_its_numpy() -> None:
+def test_ubuntu_keeps_its_numpy_and_sources_use_nothing_newer_than_the_oldest_interpreter() -> None:
     """What apt compiled against numpy 1.26 breaks when pip puts numpy 2 over it."""
     lines = (ROOT / "constraints-ubuntu-24.04.txt").read_text("utf-8").splitlines()
     (numpy,) = [Requirement(line) for line in lines if line.startswith("numpy")]
     assert ("1.26.4" in numpy.specifier, "2.0.0" in numpy.specifier) == (True, False)
+    folders = ("bouncing_disk_ros", "examples", "launch", "test", "tools")
+    files = [path for folder in folders for path in (ROOT / folder).rglob("*.py")]
+    assert len(files) > 100
+    newer = [str(path) for path in files if ADDED_LATER.search(path.read_text())]
+    assert [name for name in newer if name != __file__] == []
 
 
 # the oldest interpreters --------------------------------------------------------------------------
@@ -209,11 +214,3 @@ def test_installed_pins_are_for_the_oldest_interpreters() -> None:
     if seen < len(pins) // 2:
         pytest.skip("this environment is not made from constraints.txt")
     assert refused == []
-
-
-def test_sources_use_nothing_newer_than_the_oldest_interpreter() -> None:
-    folders = ("bouncing_disk_ros", "examples", "launch", "test", "tools")
-    files = [path for folder in folders for path in (ROOT / folder).rglob("*.py")]
-    assert len(files) > 100
-    newer = [str(path) for path in files if ADDED_LATER.search(path.read_text())]
-    assert [name for name in newer if name != __file__] == []

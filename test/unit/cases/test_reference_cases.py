@@ -194,7 +194,7 @@ def test_one_flight_at_a_time_does_not_add_errors_up() -> None:
     assert [m.event for m in found.matches if found.is_off(m)] == [10]
 
 
-def test_a_file_of_six_digits_that_ends_in_rest_gets_the_verdict_of_the_formula(
+def test_a_file_of_six_digits_that_ends_in_rest_gets_its_verdict_and_cells_in_quotes_are_read(
     tmp_path: Path,
 ) -> None:
     """Restitution 0.7, rest below 0.1 m/s, steps of 10 ms and both sides of each event."""
@@ -215,6 +215,11 @@ def test_a_file_of_six_digits_that_ends_in_rest_gets_the_verdict_of_the_formula(
     assert not any(line.startswith("restitution") for line in found.lines)
     lines = compare_with_case("drop", file).lines
     assert any(line.startswith("restitution: 0.7") for line in lines), "\n".join(lines)
+    quoted = tmp_path / "quoted.csv"
+    times = map(float, reference_case("drop").impacts["time_lower"])
+    cells = "\n".join(f'"{time!r}","impact"' for time in times)
+    quoted.write_text(f'"time","kind"\n{cells}\n', "utf-8")
+    assert compare_with_case("drop", quoted).is_within
 
 
 @pytest.mark.parametrize(
@@ -229,14 +234,6 @@ def test_who_finds_no_impact_has_missed_them_all(nothing: dict[str, Any]) -> Non
     found = compare_with_case("drop", nothing)
     assert not found.is_within
     assert found.verdict == "differs: 0 of 10 events within 1e-09, 10 missed"
-
-
-def test_cells_in_quotes_are_read(tmp_path: Path) -> None:
-    file = tmp_path / "quoted.csv"
-    times = map(float, reference_case("drop").impacts["time_lower"])
-    rows = "\n".join(f'"{time!r}","impact"' for time in times)
-    file.write_text(f'"time","kind"\n{rows}\n', "utf-8")
-    assert compare_with_case("drop", file).is_within
 
 
 # --- the commands ---------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from bouncing_disk_ros.command_line import environment
-from bouncing_disk_ros.errors import InputError
+from support.checks import refused
 from support.places import installed
 
 DOMAIN, MIDDLEWARE, SECURITY = (
@@ -70,5 +70,4 @@ def test_settings_that_are_refused(
 ) -> None:
     for name, text in settings.items():
         ros.setenv(name, text)
-    with pytest.raises(InputError, match=words):
-        check()
+    refused(words, check)

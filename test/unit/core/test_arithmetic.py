@@ -1,4 +1,4 @@
-"""Own sine and cosine against 40 digits; sums and products against exact fractions."""
+"""Own sine and cosine, exact sums and products, and the law of restitution."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 import mpmath
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -15,7 +16,8 @@ from numba.core.errors import TypingError
 from numba.core.types.functions import BaseFunction
 
 from bouncing_disk_ros.core import arithmetic as arithmetic_kernels
-from bouncing_disk_ros.core import compilation
+from bouncing_disk_ros.core import compilation, restitution
+from bouncing_disk_ros.maps.lanes import lane_basics
 from support.kernels import Kernels
 
 arithmetic = Kernels(arithmetic_kernels)
@@ -55,18 +57,39 @@ def test_arccosine_inverts_the_cosine(c: float) -> None:
     assert float(abs(arithmetic.arccosine(c) - mpmath.acos(c))) <= 2.0**-51
 
 
-def test_an_inlined_kernel_that_returns_an_array_is_refused() -> None:
+def test_an_inlined_kernel_that_returns_an_array_is_refused_and_numba_as_it_was() -> None:
     """It does not count who holds the array: memory in use would be freed."""
     returns_pair: Any = compilation.kernel(lambda table: (1.0, table))
     with pytest.raises(TypeError, match="declare it as rare_kernel"):
         returns_pair.compile((types.float64[::1],))
     returns_number: Any = compilation.kernel(lambda table: table[0])
     returns_number.compile((types.float64[::1],))
-
-
-def test_a_failed_compilation_leaves_numba_as_it_was() -> None:
     find = BaseFunction.get_call_type
     with pytest.raises(TypingError):
         compilation.entry(types.float64(types.float64))(lambda x: x.unknown)
     assert BaseFunction.get_call_type is find
     assert gc.isenabled()
+
+
+# --- the law of restitution -----------------------------------------------------------------------
+law = Kernels(restitution)
+
+
+def test_scalars_lanes_and_arrays_rebound_alike() -> None:
+    rng = np.random.default_rng(3)
+    w = -np.concatenate([10.0 ** rng.uniform(-300.0, 5.0, 500), [5e-324, 1.0, 1e300]])
+    for epsilon in (0.0, 0.5, 1.0, float(rng.uniform()), 1.0 - 1e-6):
+        of_array = restitution.rebounded(w, epsilon)
+        assert [law.rebound(one, epsilon) for one in w] == of_array.tolist()
+        assert [lane_basics.rebound(one, epsilon) for one in w] == of_array.tolist()
+
+
+def test_impulse_and_loss_are_those_of_the_law() -> None:
+    """u − w and 1 − u²/w², each of both sides rounded three times at most."""
+    rng = np.random.default_rng(4)
+    for w, epsilon in zip(
+        -(10.0 ** rng.uniform(-9.0, 3.0, 200)), rng.uniform(size=200), strict=True
+    ):
+        u = law.rebound(w, epsilon)
+        assert abs(law.axial_push(w, epsilon) - (u - w)) <= 6.0 * 2.0**-53 * (u - w)
+        assert abs(law.lost_part(w, epsilon) - (1.0 - (u / w) ** 2)) <= 6.0 * 2.0**-53

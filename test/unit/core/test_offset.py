@@ -192,14 +192,11 @@ def test_a_future_splice_leaves_what_is_before_it() -> None:
     assert both.boundary_after(3 * SECOND) == int(NEVER)
 
 
-def test_an_earlier_splice_replaces_a_later_one() -> None:
+def test_an_earlier_splice_replaces_a_later_one_and_cancelling_keeps_what_has_begun() -> None:
     lane = Lane().spliced(SECOND, [line(2 * SECOND, 1.0)])
     lane = lane.spliced(SECOND // 2, [line(3 * SECOND, 0.5)])
     assert lane.segment_at(2 * SECOND).at(2 * SECOND).position == pytest.approx(0.3)
     assert len(lane.plans) == 2
-
-
-def test_cancelling_keeps_what_has_begun_to_its_end() -> None:
     lane = Lane().spliced(0, [line(SECOND, 1.0), line(2 * SECOND, 0.0)])
     spliced = lane.spliced(3 * SECOND // 2, [line(4 * SECOND, 9.0)])
     assert spliced.cancelled(SECOND) == lane

@@ -31,6 +31,7 @@ from bouncing_disk_ros.juggling.loop_verdict import Outcome
 from bouncing_disk_ros.juggling.own_controller import Setup, load_controller
 from bouncing_disk_ros.juggling.simulated_loop import LoopRecord, knots_of, run_loop
 from bouncing_disk_ros.units import NS
+from support.checks import refused, there
 from support.juggle_loops import watched
 
 FREQUENCY, GRAVITY = 3.0, 9.81
@@ -150,8 +151,7 @@ def test_both_give_the_same_verdict_from_rest(strategy: str, sensor: Sensor) -> 
 def test_a_live_loop_judges_each_impact_by_what_was_learned_before(error: float, more: int) -> None:
     """The orbit that it aims at moves while it learns: impacts near its end count otherwise."""
     record, _ = simulated("impact_time", 0.45, error=error)
-    live = watched(record.rows, 0.45, "impact_time", Sensor(), error=error).loop
-    assert live is not None
+    live = there(watched(record.rows, 0.45, "impact_time", Sensor(), error=error).loop)
     assert live.watch.verdict == record.verdict._replace(impacts=record.verdict.impacts + more)
 
 
@@ -165,8 +165,7 @@ def test_deadbeat_reaches_the_orbit_in_two_impacts(forcing: float) -> None:
         motion, disk = motion_of(forcing), disk_of()
         juggler = Juggler("deadbeat", motion, disk, phase=phase)
         simulation = Simulation(motion, disk, after_impact(phase, 1.05))
-        answer = juggler.on_impact(HeardImpact(0.0, 1.05 * SPEED), 0)
-        assert answer is not None
+        answer = there(juggler.on_impact(HeardImpact(0.0, 1.05 * SPEED), 0))
         simulation.trajectory(answer.begin_ns, axial=knots_of(answer))
         rows = run_loop(simulation, juggler, periods=8.0).rows
         off = [math.remainder(tau - orbit[0, 0], math.tau) for tau in rows["forcing_phase"][1:]]
@@ -245,17 +244,13 @@ def test_limits_are_never_exceeded(
     assert simulation.time_ns > 0
 
 
-def test_a_velocity_that_is_not_known_is_not_near_the_orbit() -> None:
-    """Impacts without a velocity counted as captured."""
+def test_neither_an_unknown_velocity_nor_an_age_without_impacts_is_near_the_orbit() -> None:
+    """Such impacts counted as captured; those of years were followed in thought, one by one."""
     record, _ = simulated("deadbeat", 0.45)
     rows = record.rows.copy()
     assert "not captured" not in watched(rows, 0.45, "deadbeat", Sensor()).status
     rows["axial_velocity"] = math.nan
     assert "not captured" in watched(rows, 0.45, "deadbeat", Sensor()).status
-
-
-def test_after_an_age_without_impacts_a_controller_begins_anew() -> None:
-    """It followed in thought the impacts of years, one by one."""
     juggler = Juggler("deadbeat", motion_of(0.45), disk_of())
     for time in (1.0, 1.3):
         juggler.on_impact(HeardImpact(time, 1.0 * SPEED), round(time * NS))
@@ -263,19 +258,14 @@ def test_after_an_age_without_impacts_a_controller_begins_anew() -> None:
     assert juggler.on_impact(HeardImpact(later, 1.0 * SPEED), round(later * NS)) is not None
 
 
-def test_refusals() -> None:
+def test_what_cannot_juggle_is_refused_in_one_line(tmp_path: Path) -> None:
     motion, disk = motion_of(0.45), disk_of()
-    with pytest.raises(InputError, match=r"strategy: got 'deadbeet'.*deadbeat"):
-        Juggler("deadbeet", motion, disk)
-    with pytest.raises(InputError, match="There is no period-1 orbit"):
-        Juggler("deadbeat", motion_of(0.3), disk)
+    refused(r"strategy: got 'deadbeet'.*deadbeat", Juggler, "deadbeet", motion, disk)
+    refused("There is no period-1 orbit", Juggler, "deadbeat", motion_of(0.3), disk)
     with pytest.raises(InputError, match="a platform that moves"):
         Juggler("deadbeat", motion._replace(axial_amplitude=0.0), disk)
     with pytest.raises(InputError, match=r"restitution: got 1\.2, allowed: 0 to 1, as the"):
         Juggler("deadbeat", motion, disk, restitution=1.2)
-
-
-def test_a_controller_that_cannot_be_made_is_one_line(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text("def make_controller(setup):\n    return setup.speed\n")
     with pytest.raises(InputError, match=r"controller: .* AttributeError: .*'speed'") as caught:

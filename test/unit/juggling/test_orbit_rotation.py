@@ -119,12 +119,9 @@ def test_the_best_lag_has_the_right_sign_in_every_quadrant(phase: float) -> None
     assert best_phase_lag(orbit, 0.5) == pytest.approx(twice, abs=1e-15)
 
 
-def test_an_orbit_that_is_not_there_is_refused_with_those_that_are() -> None:
-    with pytest.raises(InputError, match=rf"target: got 'period-3', allowed: period-1, {TWO}"):
-        orbit_named("period-3", 0.48, 0.5)
-
-
-def test_no_speed_of_fewer_than_two_impacts() -> None:
+def test_no_speed_of_fewer_than_two_impacts_nor_of_an_orbit_that_is_not_there() -> None:
     assert math.isnan(mean_rotor_speed([], []))
     assert math.isnan(mean_rotor_speed([1.0], [2.0]))
     assert mean_rotor_speed([0.0, 1.0, 3.0], [1.0, 4.0, 9.0]) == pytest.approx(3.0)
+    with pytest.raises(InputError, match=rf"target: got 'period-3', allowed: period-1, {TWO}"):
+        orbit_named("period-3", 0.48, 0.5)

@@ -1,4 +1,4 @@
-"""Basins: starts without an end, times, uncertainties of shares, clear errors."""
+"""Basins: starts without an end, times, shares, errors; and regions that no impact leaves."""
 
 from __future__ import annotations
 
@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.attractor_search import find_attractors
+from bouncing_disk_ros.maps.absorbing_region import absorbing_regions
+from bouncing_disk_ros.maps.attractor_search import find_attractors, window_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind, Attractors
 from bouncing_disk_ros.maps.basin_labels import LabelRule, impacts_needed, label_starts
 from bouncing_disk_ros.maps.basin_measures import UNRESOLVED, shares
+from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 
 
@@ -92,13 +94,63 @@ def test_times_do_not_depend_on_the_periods_of_other_attractors() -> None:
             np.testing.assert_array_equal(first, second)
 
 
-def test_slow_attractors_get_more_impacts() -> None:
+def test_slow_attractors_get_more_impacts_and_a_share_the_error_of_its_boundary() -> None:
     assert impacts_needed(attractors(0.45), 1e-4) < 1000
     assert impacts_needed(attractors(0.4859), 1e-4) > 10_000
-
-
-def test_share_of_a_half_plane_has_the_error_of_its_boundary() -> None:
     labels = (np.arange(100)[:, None] >= 50).repeat(80, 1).astype(np.int32)
     one = shares(labels, 2)[1]
     assert one.fraction == 0.5
     assert one.uncertainty == 0.5 * math.sqrt(80) / 8000
+
+
+# --- absorbing regions ----------------------------------------------------------------------------
+def found_attractors(axial_forcing: float) -> Attractors:
+    centres = (np.arange(24) + 0.5) / 24
+    section = NextCollisionMap(axial_forcing, 0.5)
+    return window_attractors(section, math.tau * centres, -5.0 * (1.0 - centres))
+
+
+def drawn(region_of: object, count: int) -> tuple[np.ndarray, np.ndarray]:
+    draw = np.random.default_rng(55)
+    tau, w = draw.uniform(0.0, math.tau, count), draw.uniform(-2.5, 0.0, count)
+    inside = region_of.hold(tau, w)  # type: ignore[attr-defined]
+    return tau[inside], w[inside]
+
+
+@pytest.mark.parametrize("axial_forcing", [0.5526])
+def test_impacts_stay_in_it(axial_forcing: float) -> None:
+    section = NextCollisionMap(axial_forcing, 0.5)
+    attractors = found_attractors(axial_forcing)
+    ((label, region),) = absorbing_regions(section, attractors).items()
+    assert attractors.found[label].kind is AttractorKind.CHAOTIC
+    tau, w = drawn(region, 200_000)
+    assert len(tau) > 500
+    counts = np.zeros((len(tau), 2), np.int64)
+    platform = np.full(len(tau), axial_forcing), np.full(len(tau), 0.5)
+    for impacts in (*[1] * 50, 200, 1000):
+        iterate_axial(tau, w, *platform, impacts, counts)
+        assert region.hold(tau, w).all()
+    assert not counts.any()
+
+
+def test_it_holds_its_attractor_and_nothing_else_that_is_known_or_not() -> None:
+    attractors = found_attractors(0.55)
+    ((label, region),) = absorbing_regions(NextCollisionMap(0.55, 0.5), attractors).items()
+    for place, one in enumerate(attractors.found):
+        held = region.hold(one.forcing_phases, one.velocities)
+        assert held.all() if place == label else not held.any()
+    states = np.array([[math.nan, -1.0], [1.0, math.nan], [1.0, -1e6]]).T
+    assert not region.hold(*states).any()
+
+
+@pytest.mark.parametrize(
+    "axial_forcing",
+    [
+        0.45,  # no chaos
+        0.8,  # the attractor reaches impacts that are hardly any
+        0.545,  # period 6 lies within the region
+    ],
+)
+def test_where_there_is_none(axial_forcing: float) -> None:
+    attractors = found_attractors(axial_forcing)
+    assert absorbing_regions(NextCollisionMap(axial_forcing, 0.5), attractors) == {}

@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps import basin_measures
 from bouncing_disk_ros.maps.basin_measures import (
     basin_entropy,
@@ -19,6 +18,7 @@ from bouncing_disk_ros.maps.basin_measures import (
     uncertainty_exponent,
     unresolved_fraction,
 )
+from support.checks import refused
 
 CANTOR = math.log(2.0) / math.log(3.0)
 
@@ -56,8 +56,7 @@ def test_straight_line_counts_exactly() -> None:
 
 @pytest.mark.parametrize("shape", [(0, 0), (5,), (8, 8)])
 def test_maps_too_small_are_refused(shape: tuple[int, ...]) -> None:
-    with pytest.raises(InputError, match="labels"):
-        basin_entropy(np.zeros(shape, np.int64))
+    refused("labels", basin_entropy, np.zeros(shape, np.int64))
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(40, 90), st.integers(40, 90), st.booleans())

@@ -134,7 +134,7 @@ def test_regimes_along_the_preload() -> None:
     assert found.kind.tolist() == [BOUNCES, BOUNCES, BOUNCES, 1, 2]
 
 
-def test_where_contact_lasts_period_1_can_be_there_beside_it() -> None:
+def test_where_contact_lasts_period_1_can_be_beside_it_and_without_it_no_closed_forms() -> None:
     """For (1−ε)/(1+ε) < 1/π: both are found at one preload, each from its own start."""
     disk = DISK._replace(restitution=0.6)
     regimes = motor_curves.preload_regimes(MOTION, disk)
@@ -143,9 +143,6 @@ def test_where_contact_lasts_period_1_can_be_there_beside_it() -> None:
     from_rest = measure([(MOTION, between)], Run(start="rest"))
     bouncing = measure([(MOTION, between)], Run())
     assert (from_rest.kind[0], bouncing.kind[0], bouncing.period[0]) == (2, BOUNCES, 1)
-
-
-def test_without_a_period_1_orbit_there_are_no_closed_forms() -> None:
     pressed = DISK._replace(preload=200.0)
     assert math.isnan(motor_curves.no_load_speed(MOTION, pressed))
     assert math.isnan(motor_curves.mean_speed(MOTION, pressed))

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros.core.model import Phase
-from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.best_toss import MEASURES, extreme, height_of, ridge
 from bouncing_disk_ros.maps.single_toss import (
     TOSS_NONE,
@@ -32,6 +31,7 @@ from bouncing_disk_ros.maps.tosses import (
     toss,
     toss_pixels,
 )
+from support.checks import refused
 
 EPS = float(np.finfo(float).eps)
 OMEGA = math.tau * PAPER.frequency
@@ -110,8 +110,7 @@ def test_what_cannot_be_used_is_refused(
     defaults: dict[str, Any] = {"phase_lag": 0.0, "amplitude_angle": 0.5}
     if call in (extreme, ridge):
         defaults = {"measure": "efficiency"} if call is extreme else {}
-    with pytest.raises(InputError, match=re.escape(words)):
-        call(**{**defaults, **arguments})
+    refused(re.escape(words), call, **{**defaults, **arguments})
 
 
 def test_a_duration_may_be_given() -> None:
@@ -130,7 +129,7 @@ def test_a_duration_may_be_given() -> None:
     )
 
 
-def test_ridge_without_slip() -> None:
+def test_ridge_without_slip_or_none_or_one_without_end() -> None:
     """ν = 1 along θ = −τ_sep as long as friction can brake the disk with the platform to the end.
 
     Rule 5: |Ṙ| ≤ μ a_e |Ṅ| at separation, a_g² Φ ≤ μ a_e A cos τ_sep.
@@ -145,6 +144,12 @@ def test_ridge_without_slip() -> None:
     grip = k.friction * (k.friction_radius / k.gyration_radius) ** 2
     limit = grip * math.cos(float(separation_phase(line.end)))
     assert math.tan(line.end) == pytest.approx(limit, abs=2e-7)
+    no_grip = TossSetting(disk=PAPER_DISK._replace(friction=0.0))
+    assert math.isnan(ridge(no_grip, 50).end)
+    gripping = TossSetting(disk=PAPER_DISK._replace(friction=1e6))
+    line = ridge(gripping, 50)
+    assert line.end == line.amplitude_angle[-1]
+    np.testing.assert_allclose(line.speed_ratio, 1.0, rtol=0, atol=4 * EPS)
 
 
 OTHERS = [  # setting, α̇ and τ at the start: hills oblique to the grid, creases, a braked disk
@@ -174,12 +179,3 @@ def test_no_toss_beats_the_best(
         found = getattr(toss(x[:, None], y, setting, **start), measure)
         found = found if measure == "efficiency" else np.abs(found)  # η itself, |α̇| otherwise
         assert np.nanmax(found) <= top + abs(top) * 1e-9
-
-
-def test_a_ridge_may_be_missing_or_never_end() -> None:
-    no_grip = TossSetting(disk=PAPER_DISK._replace(friction=0.0))
-    assert math.isnan(ridge(no_grip, 50).end)
-    gripping = TossSetting(disk=PAPER_DISK._replace(friction=1e6))
-    line = ridge(gripping, 50)
-    assert line.end == line.amplitude_angle[-1]
-    np.testing.assert_allclose(line.speed_ratio, 1.0, rtol=0, atol=4 * EPS)

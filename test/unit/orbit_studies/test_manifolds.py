@@ -32,6 +32,7 @@ from bouncing_disk_ros.orbit_studies.manifold_growth import (
     sides,
 )
 from reference.cases import examples
+from support.checks import refused
 from support.coverage import in_soak
 
 SHARES = {
@@ -124,17 +125,7 @@ def test_a_branch_without_end_is_not_complete() -> None:
                                     rule)  # fmt: skip
         assert not branches[0].complete
         assert len(branches[0].sigma[0]) <= 3000
-        with pytest.raises(InputError, match=text):
-            enclosed_share(branches)
-
-
-def test_the_two_sides_of_a_stable_manifold_go_apart() -> None:
-    section, known = attractors(0.45)
-    branches = saddle_manifolds(saddle_of(fixed_point(0.45, 0.5)), Stability.STABLE)
-    left, right = sides(branches, -5.0)
-    ends = [set(label_starts(known, section, *states.T.copy()).label) for states in (left, right)]
-    assert sorted(map(sorted, ends)) == [[0], [1]]
-    assert len(left) > 100
+        refused(text, enclosed_share, branches)
 
 
 def test_manifolds_keep_their_bounds_and_are_cut_at_grazes() -> None:
@@ -156,7 +147,7 @@ def test_manifolds_keep_their_bounds_and_are_cut_at_grazes() -> None:
     assert cuts > 5
 
 
-def test_edge_tracking_ends_in_the_same_state() -> None:
+def test_edge_tracking_ends_in_the_saddle_and_the_sides_of_its_manifold_go_apart() -> None:
     section, known = attractors(0.45)
     saddle = saddle_of(fixed_point(0.45, 0.5))
     states = random_states(4000, 3)
@@ -173,6 +164,11 @@ def test_edge_tracking_ends_in_the_same_state() -> None:
     state = edge_state(section, known, *pairs[0])
     assert sorted(state.labels) == [0, 1]
     assert state.orbit is not None
+    branches = saddle_manifolds(saddle_of(fixed_point(0.45, 0.5)), Stability.STABLE)
+    left, right = sides(branches, -5.0)
+    ends = [set(label_starts(known, section, *states.T.copy()).label) for states in (left, right)]
+    assert sorted(map(sorted, ends)) == [[0], [1]]
+    assert len(left) > 100
 
 
 def test_pairs_lie_on_both_sides_of_boundaries() -> None:
@@ -185,20 +181,15 @@ def test_pairs_lie_on_both_sides_of_boundaries() -> None:
 
 def test_what_has_no_manifold_is_said() -> None:
     node = fixed_point(0.45, 0.5)
-    with pytest.raises(InputError, match="one above and one below 1"):
-        saddle_manifolds(node, "stable")
+    refused("one above and one below 1", saddle_manifolds, node, "stable")
     saddle = saddle_of(node)
-    with pytest.raises(InputError, match="stability: got 'both', allowed: stable or unstable"):
-        saddle_manifolds(saddle, "both")
-    with pytest.raises(InputError, match="distance: got 0"):
-        saddle_manifolds(saddle, "stable", GrowthRule(distance=0.0))
+    refused("stability: got 'both', allowed: stable or unstable", saddle_manifolds, saddle, "both")
+    refused("distance: got 0", saddle_manifolds, saddle, "stable", GrowthRule(distance=0.0))
     with pytest.raises(InputError, match="branches of a stable manifold"):
         enclosed_share(saddle_manifolds(saddle, "unstable", GrowthRule(repetitions=3.0)))
     short = saddle_manifolds(saddle, "stable", GrowthRule(repetitions=3.0))
-    with pytest.raises(InputError, match="followed for 3 repetitions only"):
-        enclosed_share(short)
-    with pytest.raises(InputError, match="an orbit of one impact"):
-        saddle_of(saddle._replace(forcing_phase=np.zeros(2)))
+    refused("followed for 3 repetitions only", enclosed_share, short)
+    refused("an orbit of one impact", saddle_of, saddle._replace(forcing_phase=np.zeros(2)))
     section, known = attractors(0.45)
     with pytest.raises(InputError, match="two starts that go to two attractors"):
         edge_state(section, known, MapState(1.0, -0.1), MapState(1.1, -0.1))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +15,7 @@ from bouncing_disk_ros.orbit_studies.resilience import options as resilience
 from bouncing_disk_ros.orbit_studies.resilience.picture import impulse_picture
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import named, run
+from support.checks import there
 from support.shown import Shown, shown
 
 SMALL_RESILIENCE: dict[str, Value] = {
@@ -24,17 +24,17 @@ SMALL_RESILIENCE: dict[str, Value] = {
 
 
 @pytest.fixture(scope="module")
-def resilient(tmp_path_factory: pytest.TempPathFactory) -> Shown:
-    return shown(tmp_path_factory.mktemp("resilience"), resilience, **SMALL_RESILIENCE)
+def resilient() -> Shown:
+    return shown(resilience, **SMALL_RESILIENCE)
 
 
-def test_curves_are_stored_with_the_map_behind_them(tmp_path: Path) -> None:
+def test_curves_are_stored_with_the_map_behind_them() -> None:
     small: dict[str, Value] = {
         "axial_forcing_count": 6, "restitution_count": 5, "settling": 50, "doublings": 1,
         "axial_forcing_begin": 0.4, "axial_forcing_end": 0.6, "restitution_begin": 0.4,
         "restitution_end": 0.6, "largest_step": 0.02,
     }  # fmt: skip
-    _, lines, result = shown(tmp_path, curves, **small)
+    _, lines, result = shown(curves, **small)
     kinds = result["curve_kind"].values.tolist()
     assert {"doubling", "contact onset"} <= set(kinds)
     own = result["point_curve"].values == kinds.index("doubling")
@@ -45,17 +45,8 @@ def test_curves_are_stored_with_the_map_behind_them(tmp_path: Path) -> None:
     assert result["period"].shape == (5, 6)
 
 
-def test_a_window_without_an_orbit_is_said(tmp_path: Path) -> None:
-    small: dict[str, Value] = {
-        "axial_forcing": 0.2, "axial_forcing_begin": 0.1, "axial_forcing_end": 0.3,
-        "axial_forcing_count": 2, "restitution_count": 2, "settling": 9,
-    }  # fmt: skip
-    _, lines, _ = shown(tmp_path, curves, **small)
-    assert lines == ["  no curves: no attractor at this point is periodic or holds contact"]
-
-
-def test_manifolds_are_stored_over_the_basins(tmp_path: Path) -> None:
-    _, lines, result = shown(tmp_path, manifolds, axial_forcing=0.34, width=40, height=40,
+def test_manifolds_are_stored_over_the_basins() -> None:
+    _, lines, result = shown(manifolds, axial_forcing=0.34, width=40, height=40,
                           distance=0.05)  # fmt: skip
     assert result["saddle_impacts"].values.tolist() == [1]
     tau = float(result["saddle_point_forcing_phase"][0])
@@ -75,21 +66,27 @@ def test_manifolds_are_stored_over_the_basins(tmp_path: Path) -> None:
     assert set(result["piece_stability"].values.tolist()) == {0, 1}
 
 
-def test_the_window_of_an_enclosed_share_is_the_one_asked_for(tmp_path: Path) -> None:
+def test_the_window_of_an_enclosed_share_is_the_one_asked_for() -> None:
     given: dict[str, Value] = {
         "phase_begin": 1.0, "phase_end": 3.0, "velocity_begin": -5.0, "velocity_end": -1.0,
         "width": 40, "height": 40, "axial_forcing": 0.34, "distance": 0.05, "pairs": 1,
     }  # fmt: skip
-    _, lines, result = shown(tmp_path, manifolds, **given)
+    _, lines, result = shown(manifolds, **given)
     share, counted = float(result["saddle_share"][0]), float(result["fraction"][1])
     assert share == pytest.approx(0.0861518, abs=1e-6)
     assert share == pytest.approx(counted, abs=4.0 * float(result["fraction_uncertainty"][1]))
     assert not any("but" in line for line in lines)
 
 
-def test_one_basin_has_no_boundary(tmp_path: Path) -> None:
-    _, lines, _ = shown(tmp_path, manifolds, axial_forcing=0.2, width=8, height=8)
+def test_a_window_of_one_basin_has_no_boundary_and_one_without_an_orbit_no_curves() -> None:
+    _, lines, _ = shown(manifolds, axial_forcing=0.2, width=8, height=8)
     assert lines[-1] == "  no boundary in this window: all starts on its grid have one end"
+    small: dict[str, Value] = {
+        "axial_forcing": 0.2, "axial_forcing_begin": 0.1, "axial_forcing_end": 0.3,
+        "axial_forcing_count": 2, "restitution_count": 2, "settling": 9,
+    }  # fmt: skip
+    _, lines, _ = shown(curves, **small)
+    assert lines == ["  no curves: no attractor at this point is periodic or holds contact"]
 
 
 def test_resilience_of_a_few_values(resilient: Shown) -> None:
@@ -112,9 +109,13 @@ def test_resilience_of_a_few_values(resilient: Shown) -> None:
     assert any(re.fullmatch(r"  period-1, from Γ = \S+ to 0\.45", line) for line in lines)
     assert "    hardest to lose by an impulse at Γ = 0.45: 0.1788 m πg/ω = 0.074501 N·s" in lines
     assert "    hardest to lose by a timing error at Γ = 0.45: 0.86477 rad = 45.878 ms" in lines
+    assert np.isinf(result["line_least_fatal_impulse"].values[0, 0]).all()
+    assert float(result["line_share"].values[0, 0]) == 1.0
 
 
-def test_where_no_impulse_is_fatal_an_attractor_is_hardest_to_lose(resilient: Shown) -> None:
+def test_where_no_impulse_is_fatal_an_attractor_is_hardest_to_lose_and_named(
+    resilient: Shown,
+) -> None:
     """At one value of two: the other, with its finite one, is not the hardest."""
     _, _, result = resilient
     one = result["line_name"].values.tolist().index("period-1")
@@ -126,6 +127,12 @@ def test_where_no_impulse_is_fatal_an_attractor_is_hardest_to_lose(resilient: Sh
     two["line_least_fatal_impulse"].values[one, -2] = math.inf
     text = f"at 1 of 2 values, Γ = {float(result['value'].values[-2]):.6g}"
     assert f"    no impulse looked at, up to 5 m πg/ω, is fatal {text}" in resilience.lines(two)
+    (legend,) = impulse_picture(result).legends
+    absent = "the attractor is not there, or its size is not decided"
+    assert [text.get_text() for text in legend.get_texts()] == [absent]
+    endless = result.assign(line_fatal_impulse=result["line_fatal_impulse"] * math.inf)
+    (legend,) = impulse_picture(endless).legends
+    assert legend.get_texts()[0].get_text() == "no impulse up to 5 is fatal"
 
 
 def test_values_at_which_nothing_is_fatal_are_told_each_with_the_reason() -> None:
@@ -143,26 +150,9 @@ def test_values_at_which_nothing_is_fatal_are_told_each_with_the_reason() -> Non
         assert told == text + why
 
 
-def test_areas_without_a_fatal_impulse_are_named(resilient: Shown) -> None:
-    _, _, result = resilient
-    (legend,) = impulse_picture(result).legends
-    absent = "the attractor is not there, or its size is not decided"
-    assert [text.get_text() for text in legend.get_texts()] == [absent]
-    endless = result.assign(line_fatal_impulse=result["line_fatal_impulse"] * math.inf)
-    (legend,) = impulse_picture(endless).legends
-    assert legend.get_texts()[0].get_text() == "no impulse up to 5 is fatal"
-
-
-def test_resilience_of_rest_is_never_lost(resilient: Shown) -> None:
-    _, _, result = resilient
-    assert np.isinf(result["line_least_fatal_impulse"].values[0, 0]).all()
-    assert float(result["line_share"].values[0, 0]) == 1.0
-
-
-def test_resilience_does_not_depend_on_how_it_is_cut(resilient: Shown, tmp_path: Path) -> None:
+def test_resilience_does_not_depend_on_how_it_is_cut(resilient: Shown) -> None:
     _, _, whole = resilient
     given = {**SMALL_RESILIENCE, "begin": 0.45, "count": 1}
-    alone = run(named("resilience", **given), tmp_path / "r.zarr", workers=2)
-    assert alone is not None
+    alone = there(run(named("resilience", **given), workers=2))
     for name in ("share", "fatal_impulse", "fatal_timing_error", "median_time"):
         np.testing.assert_array_equal(alone[name].values[0], whole[name].values[-1])

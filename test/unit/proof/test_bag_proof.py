@@ -10,7 +10,7 @@ import pytest
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.core.offset import QUINTIC, Knot, OffsetState
-from bouncing_disk_ros.errors import ExitCode, InputError
+from bouncing_disk_ros.errors import ExitCode
 from bouncing_disk_ros.proof import event_proof as proof
 from bouncing_disk_ros.proof.bag_proof import prove_bag
 from bouncing_disk_ros.proof.exact_records import Event
@@ -18,6 +18,7 @@ from bouncing_disk_ros.proof.verdicts import Outcome, Verdict
 from bouncing_disk_ros.report.bag_report import with_options
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.trajectory_validation import Splice
+from support.checks import refused
 from support.recorded import NS, START_NS, RecordedRun
 
 
@@ -160,8 +161,7 @@ def test_without_the_library_one_line_says_what_to_do(
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda _: None)
-    with pytest.raises(InputError, match=r"^--prove needs python-flint, which is not"):
-        prove(folder)
+    refused(r"^--prove needs python-flint, which is not", prove, folder)
 
 
 @pytest.mark.parametrize(
@@ -175,12 +175,10 @@ def test_without_the_library_one_line_says_what_to_do(
 def test_what_cannot_be_used_is_refused(
     folder: Path, arguments: tuple[str, ...], said: str
 ) -> None:
-    with pytest.raises(InputError, match=said):
-        prove(folder, *arguments)
+    refused(said, prove, folder, *arguments)
 
 
 def test_a_bag_without_inputs_is_refused(tmp_path: Path) -> None:
     with bag.Writer(tmp_path / "run") as writer:
         RecordedRun(writer, preset="pizza_multiple_toss", without=("disk/inputs",)).run(1.0)
-    with pytest.raises(InputError, match="no /disk/inputs"):
-        prove(tmp_path / "run")
+    refused("no /disk/inputs", prove, tmp_path / "run")

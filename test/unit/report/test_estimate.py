@@ -219,7 +219,7 @@ def test_too_few_impacts_have_no_interval(n: int) -> None:
     assert friction.low <= 0.01 < friction.high
 
 
-def test_summed_rows_and_missing_values_are_left_out() -> None:
+def test_summed_rows_and_missing_values_are_left_out_and_impossible_ones_said() -> None:
     rows, disk, motion = run()
     rows = rows[rows["count"] == 1].copy()
     rows["kind"][3:5], rows["count"][3:5] = ImpactKind.CHATTER_TAIL, 7
@@ -232,10 +232,6 @@ def test_summed_rows_and_missing_values_are_left_out() -> None:
     velocities[:3] = math.nan
     assert "left out 3 rows without a value" in restitution_of(rows, velocities).note
     assert "left out 2 rows" in friction_of(rows, disk).note
-
-
-def test_impossible_values_are_said() -> None:
-    rows, disk, _ = run()
     found = restitution_of(rows, mass=0.5 * disk.mass)  # 1 + ε reads 3
     assert found.value == pytest.approx(2.0, abs=1e-13)
     assert found.note.startswith("outside 0 to 1: check mass")

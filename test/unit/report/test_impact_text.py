@@ -24,7 +24,7 @@ def some_rows(indices: list[int]) -> NDArray[np.void]:
     return rows
 
 
-def test_a_line_reads_as_its_heading_says() -> None:
+def test_a_line_reads_as_its_heading_says_and_columns_stay_apart() -> None:
     row = some_rows([12])[0]
     row["kind"], row["count"] = ImpactKind.CHATTER_TAIL, 7
     titles, units = impact_text.heading().splitlines()
@@ -37,9 +37,6 @@ def test_a_line_reads_as_its_heading_says() -> None:
     assert named["count"] == "7"
     assert named["kind"] == "chatter_tail"
     assert units.split() == ["s", "1", "m/s", "rad/s", "N·s", "N·m·s", "rad/s"]
-
-
-def test_columns_stay_apart_and_aligned_for_usual_ones() -> None:
     row = some_rows([10**6])[0]
     for name in ("angular_impact_velocity", "axial_impulse", "angular_impulse", "angular_velocity"):
         row[name] = -1.23456789e-105

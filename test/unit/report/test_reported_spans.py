@@ -12,7 +12,6 @@ import pytest
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.core.offset import QUINTIC, Knot, OffsetState
-from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, replay_bag
 from bouncing_disk_ros.nodes.replay.replay_text import comparison_lines
 from bouncing_disk_ros.proof.bag_proof import BagProver
@@ -23,6 +22,7 @@ from bouncing_disk_ros.report.run_report import Report
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.trajectory_validation import Splice
 from bouncing_disk_ros.run.what_if import changes_of, what_if
+from support.checks import refused, there
 from support.pinned_results import report, words
 from support.recorded import NS, START_NS, Act, RecordedRun
 
@@ -60,13 +60,11 @@ def test_two_runs_in_one_bag_are_two(tmp_path: Path, numbered: bool) -> None:
         found = report(tmp_path / "run", run=number)
         assert found.source.runs == 2
         assert len(found.segments) == 1, found.segments
-        motion = found.segments[0].segment.motion
-        assert motion is not None
+        motion = there(found.segments[0].segment.motion)
         assert amplitude is None or motion.axial_amplitude == amplitude
         assert found.restitution.value == pytest.approx(0.5, abs=1e-12)
         assert found.restitution.high - found.restitution.low < 1e-9
-    with pytest.raises(InputError, match="run: got 3, allowed: 1 to 2"):
-        report(tmp_path / "run", run=3)
+    refused("run: got 3, allowed: 1 to 2", report, tmp_path / "run", run=3)
 
 
 @pytest.mark.parametrize(
@@ -138,10 +136,8 @@ def test_contact_after_an_impact_without_restitution_is_seen(tmp_path: Path) -> 
     """ε = 0: one impact, then contact; nothing is drawn below the platform."""
     found = made(tmp_path, 6.0, restitution=0.0, axial_amplitude=0.005,
                  without=("joint_states", "disk/rotor_speed"))  # fmt: skip
-    part = found.chosen
-    assert part is not None
-    assert part.orbit is not None
-    assert part.orbit.name == "in contact"
+    part = there(found.chosen)
+    assert there(part.orbit).name == "in contact"
     assert math.isnan(part.settled.value), "impacts do not tell the mean in contact"
     drawn = {series.name: series for series in panels(found, 1000)[6].series}
     if "disk x" in drawn:
@@ -161,8 +157,7 @@ def test_the_mean_at_the_end_is_over_whole_periods_and_all_messages(tmp_path: Pa
             sample = run.session.simulation.sample()
             angles[round(sample.time_ns / NS, 1)] = sample.unwrapped_angle
     for topics in ((), ("disk/rotor_speed", "disk/inputs", "platform/motion")):
-        part = report(tmp_path / "run", topics=topics).chosen
-        assert part is not None
+        part = there(report(tmp_path / "run", topics=topics).chosen)
         mean = part.settled
         begin, end = round(mean.begin, 1), round(mean.end, 1)
         assert mean.value == pytest.approx((angles[end] - angles[begin]) / (end - begin), abs=1e-9)

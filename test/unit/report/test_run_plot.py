@@ -1,4 +1,4 @@
-"""The picture of a run: axes with symbol and unit, theory beside data, also of an empty run."""
+"""The pictures of a run and of two runs, and the summary; also where nothing was heard."""
 
 from __future__ import annotations
 
@@ -9,17 +9,28 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from bouncing_disk_ros import simulate
+from bouncing_disk_ros.colours import PLATFORM
 from bouncing_disk_ros.core.model import Motion, MotionInForce
 from bouncing_disk_ros.matplotlib_figures import save_picture
+from bouncing_disk_ros.report.comparison_picture import two_runs_picture
 from bouncing_disk_ros.report.run_picture import run_picture
-from bouncing_disk_ros.report.run_record import RunRecord
+from bouncing_disk_ros.report.run_record import (
+    HealthReport,
+    RunRecord,
+)
+from bouncing_disk_ros.report.run_summary import last_orbit, lines, summary_of
 from bouncing_disk_ros.run.programmes import load_programme
-from bouncing_disk_ros.run.simulate import simulate
+from bouncing_disk_ros.run.session import motion_of
+from bouncing_disk_ros.run.what_if import TwoRuns, changes_of, what_if
+from bouncing_disk_ros.units import NS
 from support.figure_boxes import flaws
 from support.recorded import listened
+from support.shown import legend_of
 
 PHASE = r"forcing phase at impact $τ_{\mathrm{imp}}$ (rad)"
 
@@ -96,3 +107,91 @@ def test_a_run_without_anything_gives_an_empty_picture(tmp_path: Path) -> None:
     save_picture(figure, tmp_path / "new" / "empty.png")
     assert (tmp_path / "new" / "empty.png").stat().st_size > 10_000
     assert figure.get_suptitle() == "empty"
+
+
+# --- two runs -------------------------------------------------------------------------------------
+@cache
+def beside(**change: float) -> TwoRuns:
+    run = simulate(8.0, preset="pizza_multiple_toss")
+    return what_if(run.inputs, changes_of(change), 8 * NS)
+
+
+def picture(runs: TwoRuns) -> Figure:
+    return two_runs_picture(runs, "changed", "a title")
+
+
+def test_both_runs_are_in_every_panel() -> None:
+    runs = beside(friction=0.2)
+    figure = picture(runs)
+    heights, speeds, section = figure.axes
+    assert flaws(figure) == []
+    colors = {str(line.get_label()): line.get_color() for line in heights.lines}
+    assert colors["platform s"] == PLATFORM, "as in all figures"
+    assert legend_of(heights) == ["platform s", "disk x, recorded", "disk x, changed"]
+    assert legend_of(speeds) == legend_of(section) == ["recorded", "changed"]
+    assert runs.divergence_time_ns is not None
+    low, high = heights.get_xlim()
+    assert low <= runs.divergence_time_ns / NS < high < 8.0
+    assert "recorded period-1" in figure.get_suptitle()
+
+
+def test_two_platforms_are_drawn_when_they_differ_and_runs_that_never_part_whole() -> None:
+    same, other = picture(beside(friction=0.2)), picture(beside(frequency=3.2))
+    count = [len(figure.axes[0].lines) for figure in (same, other)]
+    assert count[1] == count[0] + 1
+    runs = beside(friction=0.2)._replace(divergence_time_ns=None, divergence=None)
+    figure = picture(runs._replace(second=runs.first))
+    assert "never part" in figure.axes[0].get_title()
+
+
+# --- the summary ----------------------------------------------------------------------------------
+def a_run() -> RunRecord:
+    """Ten seconds and a little on the period-1 orbit, as a listener would keep them."""
+    result = simulate(10.1, preset="pizza_multiple_toss", sample_rate=20.0)
+    record = listened(result)
+    motion = motion_of(result.parameters)
+    record.motions.append(MotionInForce(0, 0, motion, motion, 0, 0.0))
+    record.health += [
+        HealthReport(100.0, 1.0, 1e-5, 1e-4, 1e-3, 1e-16),
+        HealthReport(108.0, 9.0, 3e-5, 2e-4, 5e-4, 2e-16),
+    ]
+    record.inputs = 1
+    return record
+
+
+def test_summary_of_a_period_one_run() -> None:
+    record = a_run()
+    summary = summary_of(record)
+    assert summary.orbit.is_period_one
+    assert summary.impacts == len(record.rows) == 31  # at 0, 1/3, ... 10 s
+    assert summary.axial_forcing == pytest.approx(0.45, rel=1e-12)
+    assert summary.rotor_speed == pytest.approx(summary.predicted_speed, rel=1e-12)
+    assert summary.orbit.forcing_phases[0] == pytest.approx(summary.predicted_phase, abs=1e-9)
+    assert summary.real_time_factor == 1.0
+    assert summary.lateness == (2e-5, 2e-4, 1e-3)
+    assert summary.residual == 2e-16
+    assert (summary.lost, summary.inputs) == (0, 1)
+    text = "\n".join(lines(summary))
+    assert "orbit found               period-1: τ_imp 0.736624 rad (theory 0.736624)" in text
+    assert "rotor speed               27.390382 rad/s" in text
+    assert "p50 0.02 ms, p99 0.20 ms, largest 1.00 ms" in text
+
+
+def test_nothing_heard_is_not_a_number() -> None:
+    summary = summary_of(RunRecord(a_run().disk))
+    assert summary.impacts == summary.inputs == 0
+    assert not summary.orbit.impacts
+    for value in (summary.rotor_speed, summary.predicted_speed, summary.real_time_factor):
+        assert math.isnan(value)
+    assert [line.split()[-2:] for line in lines(summary)].count(["not", "known"]) == 2
+
+
+def test_impacts_before_the_last_change_of_motion_do_not_count_for_the_orbit() -> None:
+    record = a_run()
+    motion = record.motions[0].target
+    fading = MotionInForce(8_500_000_000, 9_000_000_000, motion, motion, 0, 0.0)
+    record.motions.append(fading)
+    assert record.motion is None
+    record.motions.append(fading._replace(begin_ns=9_000_000_000))
+    assert record.motion == motion
+    assert not last_orbit(record).impacts  # 4 impacts are too few

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.errors import InputError, counted
+from bouncing_disk_ros.errors import counted
 from bouncing_disk_ros.report.estimate import Estimate
 from bouncing_disk_ros.report.report_panels import panels
 from bouncing_disk_ros.report.report_text import lines, path_text, transient_text
@@ -25,6 +25,7 @@ from bouncing_disk_ros.report.spans import time_decimals
 from bouncing_disk_ros.report.transient import Transient, TransientKind
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.session import motion_of
+from support.checks import refused, there
 from support.pinned_results import Act, recorded, report, words
 
 
@@ -45,8 +46,7 @@ def test_orbit_speed_and_estimates_are_those_of_the_run(settled: Report) -> None
     assert part.orbit.is_period_one
     # eq. 4: cos τ_imp = (1 − ε)/((1 + ε) Γ) = 20/27
     assert part.orbit.forcing_phases[0] == pytest.approx(math.acos(20 / 27), abs=1e-9)
-    motion = part.segment.motion
-    assert motion is not None
+    motion = there(part.segment.motion)
     expected = math.tau * 3.0 * motion.angular_amplitude * math.cos(
         math.acos(20 / 27) + motion.phase_lag
     )  # fmt: skip
@@ -69,8 +69,7 @@ def test_a_change_of_motion_makes_segments_and_the_choice_is_free(tmp_path: Path
     assert found.shown == 0
     assert report(tmp_path / "run", "last").shown == 1
     assert report(tmp_path / "run", "2").shown_rows["time"].min() >= 21.0
-    with pytest.raises(InputError, match="segment: got '3', allowed: longest, last, or a number"):
-        report(tmp_path / "run", "3")
+    refused("segment: got '3', allowed: longest, last, or a number", report, tmp_path / "run", "3")
     # both segments have the same disk: the estimate is from all impacts but those of the fade
     assert found.restitution.impacts == sum(part.rows for part in found.segments)
     text = "\n".join(lines(found))
@@ -96,8 +95,7 @@ def test_only_rows_of_impacts(tmp_path: Path) -> None:
     others = ("disk/inputs", "platform/motion", "joint_states", "disk/rotor_speed", "/diagnostics")
     found = made(tmp_path, 10.0, without=others)
     (part,) = found.segments
-    assert part.orbit is not None
-    assert part.orbit.is_period_one
+    assert there(part.orbit).is_period_one
     assert math.isnan(found.restitution.value)
     said = words(found)
     assert said["platform"] == "platform/motion is not in this bag"
@@ -114,13 +112,15 @@ def test_a_pause_is_no_slow_simulation() -> None:
         record.health.append(
             HealthReport(stamp, simulated, 1e-4, 1e-3, 1e-2, 1e-16, running=running)
         )
-    real = report_of(record, RecordSource("a")).real_time
-    assert real is not None
+    real = there(report_of(record, RecordSource("a")).real_time)
     assert [pace.reached for pace in real.paces] == [1.0]
     assert real.lateness == (1e-4, 1e-3, 1e-2)
 
 
-def test_downsampled_series_say_so(settled: Report) -> None:
+def test_panels_say_what_was_downsampled_and_the_return_map_shows_where_its_points_are(
+    settled: Report,
+) -> None:
+    """The phases of a settled orbit lie close together: the diagonal is as long as they need."""
     speed, phases, section, pairs, *_ = panels(settled, 50)
     assert len(phases.series[0].x) == 50
     assert phases.note == f"50 of {len(settled.rows)} impact rows, chosen at random. "
@@ -128,6 +128,14 @@ def test_downsampled_series_say_so(settled: Report) -> None:
     assert section.note.startswith("50 of ")
     assert pairs.note.startswith("50 of ")
     assert all(not panel.note for panel in panels(settled, 10_000)[:4])
+    returns = panels(settled, 10_000)[3]
+    diagonal, impacts = returns.series
+    both = np.concatenate((impacts.x, impacts.y))
+    assert np.ptp(both) < 0.5 * math.pi
+    assert diagonal.x[0] < both.min() <= both.max() < diagonal.x[1]
+    assert diagonal.x[1] - diagonal.x[0] < 1.3 * np.ptp(both) + 0.11
+    assert not returns.x_is_phase
+    np.testing.assert_array_equal(diagonal.x, diagonal.y)
 
 
 def test_many_segments_are_listed_in_part(tmp_path: Path) -> None:
@@ -137,28 +145,13 @@ def test_many_segments_are_listed_in_part(tmp_path: Path) -> None:
     assert "(30 earlier segments not listed)" in "\n".join(lines(found))
 
 
-def test_the_return_map_shows_where_its_points_are(settled: Report) -> None:
-    """The phases of a settled orbit lie close together: the diagonal is as long as they need."""
-    pairs = panels(settled, 10_000)[3]
-    diagonal, impacts = pairs.series
-    phases = np.concatenate((impacts.x, impacts.y))
-    assert np.ptp(phases) < 0.5 * math.pi
-    assert diagonal.x[0] < phases.min() <= phases.max() < diagonal.x[1]
-    assert diagonal.x[1] - diagonal.x[0] < 1.3 * np.ptp(phases) + 0.11
-    assert not pairs.x_is_phase
-    np.testing.assert_array_equal(diagonal.x, diagonal.y)
-
-
-def test_a_transient_of_a_few_steps_has_no_curve() -> None:
+def test_words_of_numbers_and_of_a_transient_of_a_few_steps() -> None:
     known = Estimate(1.0, 0.9, 1.1, 25, "")
     none = Estimate(math.nan, math.nan, math.nan, 0, "not linear")
     found = Transient(TransientKind.EXPONENTIAL, True, 24.0, 27.4, known, none, math.nan, "")
     assert transient_text(found).startswith("exponential from 24 to 27.4 rad/s, time constant")
     steps = found._replace(time_constant=known._replace(low=0.6, high=2.0))
     assert transient_text(steps).startswith("no curve fitted: too few speeds")
-
-
-def test_words_of_numbers() -> None:
     assert path_text(-1e-17, 27.39) == "from 0 to 27.39 rad/s"
     assert path_text(-0.0, 0.0) == "from 0 to 0 rad/s"
     assert [counted(number, "row") for number in (0, 1, 2)] == ["0 rows", "1 row", "2 rows"]

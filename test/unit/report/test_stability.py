@@ -14,6 +14,7 @@ from bouncing_disk_ros.maps.map_tangent import log_growth
 from bouncing_disk_ros.report import stability
 from bouncing_disk_ros.report.stability import Path, chaos_of, cycle_near, path_of
 from bouncing_disk_ros.run.session import motion_of as motion_in
+from support.checks import there
 from support.map_rows import DISK, map_rows, motion_of
 
 
@@ -41,8 +42,7 @@ def test_exponent_is_the_rate_at_which_two_orbits_part() -> None:
     """Γ = 0.549: the mean of ln(distance growth) of twin orbits, put close again at each impact."""
     rows = map_rows(0.549, 4000, skip=1000)
     path = path_of(rows, motion_of(0.549), DISK)
-    exponent = chaos_of(path)
-    assert exponent is not None
+    exponent = there(chaos_of(path))
     near, growth = 1e-7, []
     away = np.array([near, 0.0])
     for tau, w, t, w1 in zip(path.tau, path.w, path.delay, path.w[1:], strict=False):
@@ -76,17 +76,13 @@ def test_the_interval_of_the_exponent_is_student_s_of_its_batches() -> None:
     assert (exponent.low, exponent.high) == pytest.approx((10.5 - half, 10.5 + half), rel=1e-6)
 
 
-def test_negative_exponent_is_no_chaos() -> None:
+def test_negative_exponent_is_no_chaos_and_restitution_zero_forgets_everything() -> None:
     """On a stable cycle it is the logarithm of the multiplier, within ln(condition)/1000."""
     path = path_of(map_rows(0.40, 2000), motion_of(0.40), DISK)
     growth = log_growth(stability.jacobians(path))
-    cycle = cycle_near(path, 1)
-    assert cycle is not None
+    cycle = there(cycle_near(path, 1))
     assert np.mean(growth[1000:]) == pytest.approx(math.log(abs(cycle.multipliers[0])), abs=5e-3)
     assert chaos_of(path) is None
-
-
-def test_restitution_zero_forgets_everything() -> None:
-    path = Path(np.full(100, 0.7), np.full(100, -2.0), np.full(99, 6.28), 0.5, 0.0)
-    assert chaos_of(path) is None
+    flat = Path(np.full(100, 0.7), np.full(100, -2.0), np.full(99, 6.28), 0.5, 0.0)
+    assert chaos_of(flat) is None
     assert log_growth(np.zeros((3, 2, 2))).tolist() == [-math.inf] * 3

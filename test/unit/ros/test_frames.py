@@ -55,7 +55,7 @@ def radius(description: str, link: str) -> float:
     return float(found.attrib["radius"])
 
 
-def test_the_disk_is_drawn_in_its_size() -> None:
+def test_the_disk_is_drawn_in_its_size_and_the_section_stays_where_it_is() -> None:
     """A uniform disk of radius r has the radius of gyration r/√2."""
     sets: list[Mapping[str, parameters.Value]] = [{}, load_preset("swum"), {"gyration_radius": 3.0}]
     for values in sets:
@@ -63,9 +63,6 @@ def test_the_disk_is_drawn_in_its_size() -> None:
         text = robot_description(values)
         assert radius(text, "disk") == pytest.approx(gyration * math.sqrt(2.0), rel=1e-6)
         assert radius(text, "platform") > radius(text, "disk")
-
-
-def test_the_section_stays_where_it_is_whatever_the_size() -> None:
     joint = ET.fromstring(robot_description({"gyration_radius": 3.0})).find(
         "joint[@name='next_collision_place']/origin"
     )

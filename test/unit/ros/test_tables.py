@@ -39,7 +39,7 @@ def test_descriptors_carry_the_row() -> None:
         assert bounds == ([(spec.low, spec.high)] if None not in (spec.low, spec.high) else [])
 
 
-def test_sliders_lie_within_what_is_allowed_and_hold_the_value() -> None:
+def test_sliders_lie_within_what_is_allowed_hold_the_value_and_have_a_scale_of_use() -> None:
     for name, spec in TABLE.items():
         for value in (spec.default, spec.low, spec.high):
             slider = slider_of(name, spec.default if value is None else value)
@@ -49,9 +49,6 @@ def test_sliders_lie_within_what_is_allowed_and_hold_the_value() -> None:
                 assert low < high
             descriptor = with_slider(descriptor_of(spec), spec.default if value is None else value)
             assert descriptor.additional_constraints == spec.allowed
-
-
-def test_a_slider_has_a_scale_of_use() -> None:
     assert slider_of("frequency", 3.0) == (0.1, 20.0)
     assert slider_of("frequency", 40_000.0) == (0.1, 80_000.0)
     (bounds,) = with_slider(descriptor_of(TABLE["preload"]), -3.0).floating_point_range

@@ -127,9 +127,14 @@ def test_the_services_it_calls_are_the_nodes() -> None:
         assert set(request) == ({"data"} if kind == "std_srvs/srv/SetBool" else set())
 
 
-def test_each_panel_has_a_place_and_each_place_a_panel() -> None:
+def test_each_panel_has_a_place_and_the_scene_the_frames_and_fields_of_impacts() -> None:
     placed = list(_placed(LAYOUT["layout"]))
     assert sorted(placed) == sorted(PANELS)
+    (scene,) = of("3D")
+    frames = {scene["followTf"], scene["fixedFrame"]}
+    assert frames | {layer["frameId"] for layer in scene["layers"].values()} == {WORLD_FRAME}
+    names: Any = IMPACT_LAYOUT["names"]
+    assert scene["topics"]["/disk/impacts"]["colorField"] in names
 
 
 def _placed(place: Any) -> Iterator[str]:
@@ -140,14 +145,6 @@ def _placed(place: Any) -> Iterator[str]:
     yield place
     for tab in PANELS[place].get("tabs", ()):
         yield from _placed(tab["layout"])
-
-
-def test_the_scene_has_the_frames_and_the_fields_of_impacts() -> None:
-    (scene,) = of("3D")
-    frames = {scene["followTf"], scene["fixedFrame"]}
-    assert frames | {layer["frameId"] for layer in scene["layers"].values()} == {WORLD_FRAME}
-    names: Any = IMPACT_LAYOUT["names"]
-    assert scene["topics"]["/disk/impacts"]["colorField"] in names
 
 
 @pytest.mark.parametrize("name", ["bouncing_disk", "two_disks"])

@@ -76,9 +76,11 @@ def test_an_accepted_programme_acts_at(case: str) -> None:
     assert ruled(request) == tuple((when, motion) for when in whens)
 
 
-def test_slow_motion_stretches_ros_time() -> None:
+def test_slow_motion_stretches_ros_time_and_a_target_beyond_a_century_is_refused() -> None:
     ((when, _),) = ruled(programme((1.0, (0.05,))), factor=0.25)
     assert when == NOW + NS // 4
+    with pytest.raises(InputError, match="at most a century"):
+        ruled(programme((0.0, (0.05,)), stamp_ns=2**31 * NS), factor=1e9)
 
 
 def test_names_may_come_in_any_order_the_others_inherit_and_a_phase_lag_wraps() -> None:
@@ -93,11 +95,6 @@ def test_names_may_come_in_any_order_the_others_inherit_and_a_phase_lag_wraps() 
 
 
 # --- refused --------------------------------------------------------------------------------------
-
-
-def test_a_target_beyond_a_century_is_refused() -> None:
-    with pytest.raises(InputError, match="at most a century"):
-        ruled(programme((0.0, (0.05,)), stamp_ns=2**31 * NS), factor=1e9)
 
 
 @given(

@@ -13,6 +13,7 @@ import pytest
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import GATE_BYTES, GATE_INPUTS
 from bouncing_disk_ros.run.gates import Gates, State
+from support.checks import refused
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "closed_loops.md"
 TIMEOUT = 100
@@ -111,12 +112,15 @@ def test_a_long_wait_is_reported_once_in_words(
     assert made.is_overdue(2 * TIMEOUT)
 
 
-def test_a_gate_comes_again_while_an_answer_is_missing() -> None:
+def test_a_gate_comes_again_until_it_is_answered_not_an_earlier_one() -> None:
     made = gates(1)
     assert [made.look(now) for now in (99, 100, 150, 199, 200)] == [False, True, False, False, True]
     one = Sender(made, 1)
-    one.answer(1)
+    one.answer(0)
     assert not made.look(1000)  # it has been heard
+    made.open(), made.close(0)
+    one.answer(0, gate=0)
+    assert made.state is State.ASKED
 
 
 @pytest.mark.parametrize("again", [0, 1, 5])
@@ -336,8 +340,7 @@ def test_without_numbers_of_the_middleware_the_order_is_that_of_arrival() -> Non
 )
 def test_a_wrong_answer_is_refused(answer: list[int], said: str) -> None:
     made = gates(1)
-    with pytest.raises(InputError, match=said):
-        made.answer(answer, 1)
+    refused(said, made.answer, answer, 1)
     assert made.state is State.ASKED
     both = gates(1, 2)
     both.answer([1, 0, 600], 1)
@@ -345,29 +348,17 @@ def test_a_wrong_answer_is_refused(answer: list[int], said: str) -> None:
         both.answer([2, 0, 401], 1)
 
 
-def test_an_answer_to_an_earlier_gate_changes_nothing() -> None:
-    made = gates(1)
-    one = Sender(made, 1)
-    one.answer(0)
-    made.open(), made.close(0)
-    one.answer(0, gate=0)
-    assert made.state is State.ASKED
-
-
 def test_inputs_beyond_a_limit_are_refused_before_they_are_kept_and_counted() -> None:
     made = gates(1)
     for k in range(1, GATE_INPUTS + 1):
         made.hold("a", k, b"", nothing)
-    with pytest.raises(InputError, match=f"at most {GATE_INPUTS}"):
-        made.hold("a", GATE_INPUTS + 1, b"", nothing)
+    refused(f"at most {GATE_INPUTS}", made.hold, "a", GATE_INPUTS + 1, b"", nothing)
     assert len(made.open()) == GATE_INPUTS
     made.close(0)
-    with pytest.raises(InputError, match="100001 bytes', allowed: at most 100000"):
-        made.hold("a", 1, bytes(100_001), nothing)
+    refused("100001 bytes', allowed: at most 100000", made.hold, "a", 1, bytes(100_001), nothing)
     big = bytes(100_000)
     for k in range(GATE_BYTES // len(big)):
         made.hold("a", k, big, nothing)
-    with pytest.raises(InputError, match=f"at most {GATE_BYTES}"):
-        made.hold("a", 1, b"x", nothing)
+    refused(f"at most {GATE_BYTES}", made.hold, "a", 1, b"x", nothing)
     made.answer([1, 1, GATE_BYTES // len(big) + 2], 1)
     assert made.is_complete

@@ -1,4 +1,4 @@
-"""The health report: levels, factors and percentiles from given readings."""
+"""The health report: levels, factors and percentiles; and the log of refusals, a line a second."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ import pytest
 from bouncing_disk_ros.core.model import Energy
 from bouncing_disk_ros.core.schedule import Pending
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.limits import REASONS
 from bouncing_disk_ros.run.health import STATES, Health, Level, Reading, Ticks, run_values
+from bouncing_disk_ros.run.throttled_log import RefusalLog
 from bouncing_disk_ros.units import NS
 
 BOOKS = Energy._make([0.0] * 11 + [1e-15, 1.0])
@@ -80,15 +82,6 @@ def test_one_reading_has_its_level_and_words(
     assert said in found[1]
 
 
-def test_refusals_are_counted_with_the_last_reason() -> None:
-    health = Health()
-    health.refuse(InputError("first", 1, "2"))
-    health.refuse(InputError("second", 1, "2"))
-    row = report(FIRST, health)["inputs"]
-    assert row[2]["refused"] == "2"
-    assert row[2]["last refusal"] == "second: got 1, allowed: 2"
-
-
 def test_commands_lost_on_the_way_are_a_warning_until_no_more_are_lost() -> None:
     health = Health()
     row = report(replace(FIRST, lost=3), health)["inputs"]
@@ -111,13 +104,19 @@ def test_lateness_is_told_by_percentiles_since_the_last_call() -> None:
     assert ticks.take() == {"ticks": 0.0}
 
 
-def test_what_is_pending_is_shown() -> None:
+def test_what_is_pending_is_shown_and_refusals_are_counted_with_the_last_reason() -> None:
     assert report(FIRST)["inputs"][2]["pending"] == "none"
     pending = Pending(motions=2, impulses=0, waiting=1, next_ns=5 * NS)
     row = report(replace(FIRST, pending=pending))["inputs"]
     assert row[2]["pending"] == "2 motion(s), 1 waiting, the first at 5.000000000 s"
     row = report(replace(FIRST, pending=Pending(trajectories=3, next_ns=NS)))["inputs"]
     assert row[2]["pending"] == "3 offset(s), the first at 1.000000000 s"
+    health = Health()
+    health.refuse(InputError("first", 1, "2"))
+    health.refuse(InputError("second", 1, "2"))
+    row = report(FIRST, health)["inputs"]
+    assert row[2]["refused"] == "2"
+    assert row[2]["last refusal"] == "second: got 1, allowed: 2"
 
 
 def test_a_reading_as_named_numbers() -> None:
@@ -147,3 +146,77 @@ def test_the_page_lists_the_named_numbers_in_their_order() -> None:
         assert names[first] == re.findall(r"`(\w+)`", cell)[0]
     for number, state in enumerate(STATES):
         assert f"{number} {state}" in section
+
+
+# --- the log of refusals --------------------------------------------------------------------------
+class Clock:
+    """Seconds, set by hand."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def error(field: str = "frequency", given: object = 0) -> InputError:
+    return InputError(field, given, "more")
+
+
+def total(lines: list[str]) -> int:
+    """Refusals that lines tell of."""
+    more = [re.search(r"and (\d+) more", line) for line in lines]
+    return len(lines) + sum(int(match[1]) for match in more if match)
+
+
+def made() -> tuple[RefusalLog, list[str], Clock]:
+    lines: list[str] = []
+    clock = Clock()
+    return RefusalLog(lines.append, clock), lines, clock
+
+
+def test_a_flood_is_a_line_a_second_that_counts_the_rest() -> None:
+    log, lines, clock = made()
+    for number in range(3000):
+        log.note(error(given=number))
+        clock.now += 1e-3
+    assert len(lines) == 3
+    assert lines[0] == "refused: frequency: got 0, allowed: more"
+    assert lines[1].startswith("refused: frequency: got 1000, allowed: more (and 999 more")
+    clock.now += 1.0
+    log.flush()
+    log.flush()
+    assert lines[3].startswith("refused: frequency: got 2999")
+    assert len(lines) == 4
+    assert total(lines) == 3000
+
+
+def test_each_reason_has_its_own_second_and_the_index_of_a_point_is_none() -> None:
+    log, lines, _ = made()
+    for number in range(50):
+        log.note(error("amplitude"))
+        log.note(error(f"platform/command points[{number}] frequency (Hz)"))
+    assert len(lines) == 2
+
+
+def test_reasons_without_end_are_counted_together() -> None:
+    log, lines, clock = made()
+    for number in range(10 * REASONS):
+        log.note(error(f"field {number}"))
+    assert len(lines) == REASONS + 1
+    clock.now += 1.0
+    log.flush()
+    assert total(lines) == 10 * REASONS
+
+
+def test_a_line_is_made_only_when_it_is_logged() -> None:
+    log, _, _ = made()
+    hints = []
+
+    def hint() -> str:
+        hints.append(1)
+        return "Do this."
+
+    for _ in range(100):
+        log.note(InputError("field", 1, "2", hint))
+    assert len(hints) == 1

@@ -19,6 +19,7 @@ from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.simulate import simulate
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.units import with_prefix
+from support.checks import there
 from support.pinned_results import words
 
 NAME = "motor_start_and_stop"
@@ -96,8 +97,7 @@ def test_a_report_that_ends_within_the_stop_tells_speed_rest_and_the_cut() -> No
     """The speed at the end leaves the run-up out; a stop that is cut has no times."""
     record = record_of(0.0311, 40_000.0)  # 0.4 ms after the stop began
     running = report_of(record, RecordSource("a", is_cut=True, is_cut_off=True))
-    part = running.chosen
-    assert part is not None
+    part = there(running.chosen)
     motion, disk = part.segment.motion, part.segment.disk
     assert motion is not None
     mean = part.settled
@@ -112,12 +112,9 @@ def test_a_report_that_ends_within_the_stop_tells_speed_rest_and_the_cut() -> No
     )
     assert told["eq. 4, less the loads"].startswith(f"{mean.value:.6f} rad/s, difference ")
     stopped, slowing = running.segments[1], running.segments[-1]
-    assert stopped.orbit is not None
-    assert (stopped.orbit.name, stopped.settled.value) == ("at rest", 0.0)
-    assert slowing.orbit is not None
-    assert slowing.orbit.name == "in contact", "the rotor still turns"
-    rise = slowing.rise
-    assert rise is not None
+    assert (there(stopped.orbit).name, stopped.settled.value) == ("at rest", 0.0)
+    assert there(slowing.orbit).name == "in contact", "the rotor still turns"
+    rise = there(slowing.rise)
     assert not rise.ended
     assert rise.final == running.record.states[-1].angular_velocity
     said = told[f"stop time, segment {len(running.segments)}"]

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Motion, Sample, join_rows
 from bouncing_disk_ros.core.simulation import Simulation
-from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run import input_records as records_of
 from bouncing_disk_ros.run.loop import Loop
 from bouncing_disk_ros.run.session import MAX_INPUTS_BETWEEN_SNAPSHOTS, Session
 from bouncing_disk_ros.units import NS
+from support.checks import refused
 from support.replayed import replayed
 
 Record = dict[str, Any]
@@ -44,10 +44,14 @@ def test_an_input_acts_after_what_was_simulated_or_at_the_held_instant(
     assert [record["kind"] for record in records].count("pause") == int(not paused)
 
 
-def test_a_crossfade_of_less_than_a_nanosecond_is_not_the_default_of_a_period() -> None:
+def test_many_inputs_bring_a_snapshot_and_a_crossfade_lasts_a_nanosecond_at_least() -> None:
     session, records = started(crossfade_duration=1e-12)
     session.command([(session.input_ns, Motion(0.05, 0.5, 3.0, 0.0))])
     assert records[-1]["crossfade_ns"] == 1
+    session, records = started(paused=True)
+    for _ in range(MAX_INPUTS_BETWEEN_SNAPSHOTS):
+        session.apply_impulse(session.input_ns, 0.0, 0.0)
+    assert [r["index"] for r in records if r["kind"] == "snapshot"] == [0, 501]
 
 
 def test_reset_takes_the_parameters_as_they_are_now() -> None:
@@ -61,13 +65,6 @@ def test_reset_takes_the_parameters_as_they_are_now() -> None:
     assert records[-1]["initial"]["height"] == 0.25
 
 
-def test_many_inputs_bring_a_snapshot_of_their_own() -> None:
-    session, records = started(paused=True)
-    for _ in range(MAX_INPUTS_BETWEEN_SNAPSHOTS):
-        session.apply_impulse(session.input_ns, 0.0, 0.0)
-    assert [r["index"] for r in records if r["kind"] == "snapshot"] == [0, 501]
-
-
 # --- reading records ------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     "text",
@@ -75,8 +72,7 @@ def test_many_inputs_bring_a_snapshot_of_their_own() -> None:
      '{"index":0,"time_ns":0,"kind":"dance"}'],
 )  # fmt: skip
 def test_text_that_is_no_record_is_refused(text: str) -> None:
-    with pytest.raises(InputError, match="input record"):
-        records_of.from_json(text)
+    refused("input record", records_of.from_json, text)
 
 
 def test_numbers_that_are_none_never_reach_the_record() -> None:

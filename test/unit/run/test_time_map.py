@@ -54,13 +54,10 @@ def test_other_factors_stretch_time_and_come_back(factor: float, elapsed: int) -
     assert abs(back - (5 + elapsed)) <= 1 + factor + elapsed * 2**-51
 
 
-def test_free_running_has_nothing_due_and_stamps_in_simulated_time() -> None:
+def test_free_running_has_nothing_due_and_a_published_clock_is_that_of_the_simulation() -> None:
     line = TimeMap(100, 0, WALL, 0.0)
     assert line.due(10**12) == 100
     assert line.to_ros(100 + 5) == WALL + 5
-
-
-def test_a_published_clock_runs_with_simulated_time() -> None:
     line = TimeMap(0, 0, WALL, 0.25, clock_is_simulated=True)
     assert line.due(4 * NS) == NS
     assert line.to_ros(NS) == WALL + NS
@@ -80,13 +77,10 @@ def test_grid_instants_are_those_of_exact_division(rate: float, after: int) -> N
         assert grid.next_ns == round((k + i) * period)
 
 
-def test_grid_counts_what_it_skips() -> None:
+def test_grid_counts_what_it_skips_and_seconds_become_the_nearest_nanosecond() -> None:
     grid = Grid(10.0, 0)
     assert grid.skip_to(NS) == 10
     assert grid.next_ns == NS + NS // 10
-
-
-def test_seconds_become_the_nearest_nanosecond() -> None:
     assert nanoseconds(0.1) == 100_000_000
     assert nanoseconds(math.pi) == 3_141_592_654
     with pytest.raises(OverflowError):

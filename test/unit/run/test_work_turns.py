@@ -6,10 +6,10 @@ import threading
 
 import pytest
 
-from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import TURNS_BYTES
 from bouncing_disk_ros.run.work_turns import TURN_NS, WorkTurns
 from bouncing_disk_ros.units import NS
+from support.checks import refused
 
 
 class Clocks:
@@ -79,8 +79,7 @@ def test_what_waits_is_bounded_and_can_be_dropped() -> None:
     clocks.take(0)
     for number in range(10):
         assert clocks.take(number, TURNS_BYTES // 10)
-    with pytest.raises(InputError, match=r"that wait for their turn.*Send less at a time"):
-        clocks.take(99, TURNS_BYTES // 10)
+    refused(r"that wait for their turn.*Send less at a time", clocks.take, 99, TURNS_BYTES // 10)
     assert clocks.turns.drop() == ["topic"] * 10
     assert clocks.turns.waiting == 0
     assert not clocks.turns.turn()

@@ -23,11 +23,15 @@ def test_defaults_make_a_study_of_that_name(name: str) -> None:
         assert value == definition_of(name).options[key].default
 
 
-def test_what_is_given_stays_and_integers_are_cast() -> None:
+def test_what_is_given_stays_and_integers_are_cast_and_the_file_of_figure_3_fits() -> None:
     parameters = named("basins", axial_forcing=1, width=7).parameters
     assert parameters["axial_forcing"] == 1.0
     assert isinstance(parameters["axial_forcing"], float)
     assert parameters["width"] == 7
+    own = yaml.safe_load((ROOT / "config" / "fig3.yaml").read_text("utf-8"))
+    values = own["/**/bifurcation"]["ros__parameters"]
+    assert named("bifurcation", **values).parameters["begin"] == 0.335
+    assert named("bifurcation", **{**values, "restitution": 0.3}).parameters["end"] == 0.65
 
 
 @pytest.mark.parametrize(
@@ -160,10 +164,3 @@ def test_a_diagram_begins_by_itself_where_the_period_one_orbit_does(
     given = named("bifurcation", begin=0.0, restitution=restitution).parameters
     assert given["begin"] == begin
     assert named("bifurcation", starts=5, begin=0.0).parameters["begin"] == 0.0
-
-
-def test_the_file_of_figure_3_fits_any_restitution() -> None:
-    own = yaml.safe_load((ROOT / "config" / "fig3.yaml").read_text("utf-8"))
-    values = own["/**/bifurcation"]["ros__parameters"]
-    assert named("bifurcation", **values).parameters["begin"] == 0.335
-    assert named("bifurcation", **{**values, "restitution": 0.3}).parameters["end"] == 0.65

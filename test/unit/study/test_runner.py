@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from pathlib import Path
 from typing import Any
@@ -33,6 +34,7 @@ from bouncing_disk_ros.study.command import run_command
 from bouncing_disk_ros.study.lock import exclusive_lock, token_of
 from bouncing_disk_ros.study.runner import PREFETCH, Pipeline, compute_region
 from bouncing_disk_ros.study.store import Store
+from support.checks import refused, there
 from support.studies import VALUES, Products, Sums
 
 
@@ -41,9 +43,15 @@ def _count_afresh() -> None:
     Products.computed.clear()
 
 
-def whole(result: xr.Dataset | None) -> xr.Dataset:
-    assert result is not None
-    return result
+def watched(look: Callable[[Region], object]) -> Products:
+    """Products; at each region something is looked at first."""
+
+    class Watched(Products):
+        def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:
+            look(region)
+            return super().compute(region, context, before)
+
+    return Watched(VALUES)
 
 
 @pytest.mark.parametrize(("length", "workers"), [(1, 3), (2, 1), (7, 1)])
@@ -51,7 +59,7 @@ def test_result_does_not_depend_on_cutting_or_workers(
     tmp_path: Path, length: int, workers: int
 ) -> None:
     study = Products({**VALUES, "length": length})
-    result = whole(run(study, tmp_path / "r.zarr", workers=workers))
+    result = there(run(study, tmp_path / "r.zarr", workers=workers))
     expected = 0.5 * np.multiply.outer(np.arange(7.0), np.arange(5.0))
     assert np.array_equal(result["product"], expected)
     assert np.array_equal(result["label"], expected.astype(int))
@@ -68,13 +76,7 @@ def ports() -> set[int]:
 
 def test_a_study_without_a_scheduler_opens_no_port(tmp_path: Path) -> None:
     before, seen = ports(), []
-
-    class Watched(Products):
-        def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:
-            seen.append(ports())
-            return super().compute(region, context, before)
-
-    whole(run(Watched(VALUES), tmp_path / "r.zarr", workers=2))
+    run(watched(lambda _: seen.append(ports())), tmp_path / "r.zarr", workers=2)
     assert seen
     assert set().union(*seen) <= before
 
@@ -85,53 +87,35 @@ def test_interrupted_run_goes_on_without_computing_twice(tmp_path: Path, kind: t
     seen: list[Progress] = []
     assert run(study, path, on_progress=seen.append, stopped=lambda: len(seen) > 2) is None
     assert 0 < seen[-1].done < seen[-1].total
-    result = whole(run(kind(VALUES), path, on_progress=seen.append))
+    result = there(run(kind(VALUES), path, on_progress=seen.append))
     assert seen[-1].done == seen[-1].total
     assert seen[-1].resumed > 0
     regions = [number for number in Products.computed if number >= 0]
     assert sorted(regions) == list(range(seen[-1].total))
     assert Products.computed.count(-1) == 1, "the context is computed once"
     Products.computed.clear()
-    whole(run(kind(VALUES), path))
+    there(run(kind(VALUES), path))
     assert Products.computed == [], "a finished run is only read"
-    at_once = whole(run(kind(VALUES), tmp_path / "other.zarr"))
+    at_once = there(run(kind(VALUES), tmp_path / "other.zarr"))
     assert np.array_equal(result["product"], at_once["product"])
 
 
 def test_error_in_a_region_is_raised_and_the_rest_is_kept(tmp_path: Path) -> None:
-    class Failing(Products):
-        def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:
-            if region.number == 3:
-                raise ZeroDivisionError
-            return super().compute(region, context, before)
-
     seen: list[Progress] = []
+    failing = watched(lambda region: 1 // (region.number - 3))
     with pytest.raises(ZeroDivisionError):
-        run(Failing(VALUES), tmp_path / "r.zarr", on_progress=seen.append)
+        run(failing, tmp_path / "r.zarr", on_progress=seen.append)
     again: list[Progress] = []
-    whole(run(Products(VALUES), tmp_path / "r.zarr", on_progress=again.append))
+    there(run(Products(VALUES), tmp_path / "r.zarr", on_progress=again.append))
     assert again[0].done == seen[-1].done >= 1
-
-
-def test_store_of_other_parameters_is_refused_with_the_difference(tmp_path: Path) -> None:
-    run(Products(VALUES), tmp_path / "r.zarr")
-    with pytest.raises(InputError, match=r"There factor is 0\.5, not 0\.25"):
-        run(Products({**VALUES, "factor": 0.25}), tmp_path / "r.zarr")
-    with pytest.raises(InputError, match="the study is products, not sums"):
-        run(Sums(VALUES), tmp_path / "r.zarr")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="niceness is that of the process elsewhere")
 def test_workers_come_after_the_threads_of_a_simulator(tmp_path: Path) -> None:
     found: list[int] = []
-
-    class Watched(Products):
-        def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:
-            found.append(os.getpriority(os.PRIO_PROCESS, 0))  # 0: of this thread
-            return super().compute(region, context, before)
-
-    here = os.getpriority(os.PRIO_PROCESS, 0)
-    whole(run(Watched(VALUES), tmp_path / "r.zarr", workers=2))
+    here = os.getpriority(os.PRIO_PROCESS, 0)  # 0: of this thread
+    look = watched(lambda _: found.append(os.getpriority(os.PRIO_PROCESS, 0)))
+    run(look, tmp_path / "r.zarr", workers=2)
     assert set(found) == {min(here + NICENESS, 19)}
     assert os.getpriority(os.PRIO_PROCESS, 0) == here
 
@@ -145,31 +129,34 @@ def test_second_run_on_one_result_is_refused(tmp_path: Path) -> None:
     (tmp_path / ".r.zarr.lock").touch()
 
     def again(_: Progress) -> None:
-        with pytest.raises(InputError, match="a result that no other run is writing"):
-            run(Products(VALUES), path)
+        refused("a result that no other run is writing", run, Products(VALUES), path)
 
-    whole(run(Products(VALUES), path, on_progress=again))
+    there(run(Products(VALUES), path, on_progress=again))
     assert [entry.name for entry in tmp_path.iterdir()] == ["r.zarr"]
 
 
-def test_where_nothing_may_be_written_nothing_is(tmp_path: Path) -> None:
+def test_where_nothing_may_be_written_nothing_is_nor_into_a_store_of_other_parameters(
+    tmp_path: Path,
+) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="output"):
-        run(Products(VALUES), tmp_path / "file" / "r.zarr")
+    refused("output", run, Products(VALUES), tmp_path / "file" / "r.zarr")
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("keep")
-    with pytest.raises(InputError, match="It holds other data"):
-        run(Products(VALUES), tmp_path / "mine")
+    refused("It holds other data", run, Products(VALUES), tmp_path / "mine")
     assert (tmp_path / "mine" / "notes.txt").read_text() == "keep"
+    run(Products(VALUES), tmp_path / "r.zarr")
+    with pytest.raises(InputError, match=r"There factor is 0\.5, not 0\.25"):
+        run(Products({**VALUES, "factor": 0.25}), tmp_path / "r.zarr")
+    refused("the study is products, not sums", run, Sums(VALUES), tmp_path / "r.zarr")
 
 
 @pytest.mark.parametrize("large", [8, 2**25])
-def test_export_keeps_units_and_parameters(
+def test_exports_keep_numbers_units_and_parameters(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, large: int
 ) -> None:
-    """Whole, or in parts of so many numbers."""
+    """As netCDF, and as tables with a row for each point; whole, or in parts of so many numbers."""
     monkeypatch.setattr(exports, "LARGE", large)
-    result = whole(run(Products(VALUES), tmp_path / "r.zarr"))
+    result = there(run(Products(VALUES), tmp_path / "r.zarr"))
     export(result, tmp_path / "r.nc")
     with xr.open_dataset(tmp_path / "r.nc", engine="netcdf4") as read:
         assert np.array_equal(read["product"], result["product"])
@@ -178,15 +165,7 @@ def test_export_keeps_units_and_parameters(
         assert read["product"].attrs["units"] == "m²"
         assert read.attrs["parameter_rows"] == 7
         assert read["x"].attrs["long_name"] == "width"
-
-
-@pytest.mark.parametrize("large", [8, 2**25])
-def test_tables_have_a_row_for_each_point_of_their_axes(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, large: int
-) -> None:
-    monkeypatch.setattr(exports, "LARGE", large)
-    result = whole(run(Products(VALUES), tmp_path / "r.zarr")).assign(total=3.5)
-    files = export_tables(result, tmp_path)
+    files = export_tables(result.assign(total=3.5), tmp_path)
     assert [file.name for file in files] == ["result_y_x.csv", "result.csv"]
     lines = files[0].read_text("utf-8").splitlines()
     comments = [line for line in lines if line.startswith("#")]
@@ -194,9 +173,9 @@ def test_tables_have_a_row_for_each_point_of_their_axes(
     header, *rows = lines[len(comments) :]
     names = header.split(",")
     assert names[:2] == ["y", "x"]
-    read = np.array([row.split(",") for row in rows], float).T
+    columns = np.array([row.split(",") for row in rows], float).T
     stacked = result.stack(point=("y", "x"))
-    for name, column in zip(names, read, strict=True):
+    for name, column in zip(names, columns, strict=True):
         np.testing.assert_array_equal(column, stacked[name].values)
     assert files[1].read_text("utf-8").splitlines()[-2:] == ["total", "3.5"]
 
@@ -217,13 +196,11 @@ def test_where_netcdf_is_missing_it_is_refused_or_left_out_in_one_line(
 ) -> None:
     monkeypatch.setitem(sys.modules, "netCDF4", None)
     words = "pip install 'bouncing_disk_ros\\[netcdf\\]' brings it"
-    with pytest.raises(InputError, match=words):
-        export(whole(run(Products(VALUES))), tmp_path / "r.nc")
+    refused(words, export, there(run(Products(VALUES))), tmp_path / "r.nc")
     definition = definition_of("toss_paths")
     values = {name: spec.default for name, spec in definition.table.items()}
     values |= {"points": 16, "figures": "none", "output": str(tmp_path / "p")}
-    with pytest.raises(InputError, match=words):
-        run_command(definition, values, {"netcdf"}, Stop())
+    refused(words, run_command, definition, values, {"netcdf"}, Stop())
     assert run_command(definition, values, {"points"}, Stop()) == 0
     told = capsys.readouterr()
     assert told.err == (
@@ -295,8 +272,7 @@ def test_worker_stores_only_where_it_reads_the_claim(tmp_path: Path) -> None:
         store = Store(path, study)
         given = (study, study.context(), str(path))
         assert token_of(str(path)) == token
-        sent_back = compute_region(*given, "of another run", region)
-        assert sent_back is not None
+        sent_back = there(compute_region(*given, "of another run", region))
         assert np.isnan(store.read(region)["product"]).all()
         assert compute_region(*given, token, region) is None
         assert np.array_equal(store.read(region)["product"], sent_back["product"])

@@ -15,6 +15,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.study import Arrays, Study, open_result, run
 from bouncing_disk_ros.study.lock import exclusive_lock, token_of
 from reference.cases import FIRST, examples
+from support.checks import refused, there
 from support.coverage import in_soak
 from support.hostile_stores import HOSTILE, attempt, check_hostile, disturb, flip, whole
 from support.studies import VALUES, Products, Sums
@@ -34,8 +35,7 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> tuple[Study, Path, xr.Dat
     """A study, its whole store, and the result."""
     path = tmp_path_factory.mktemp("whole") / "r.zarr"
     study = whole(path)
-    found = run(study, path)
-    assert found is not None
+    found = there(run(study, path))
     return study, path, found.load()
 
 
@@ -72,8 +72,7 @@ def test_what_was_damaged_is_named_and_only_that_is_computed(tmp_path: Path) -> 
         place = tmp_path / "r.zarr" / file
         place.write_bytes(place.read_bytes()[:-1])
     parts = r"Damaged: axis y, what all parts need, part 5 \(product\), part 9 \(label\)"
-    with pytest.raises(InputError, match=parts):
-        open_result(tmp_path / "r.zarr")
+    refused(parts, open_result, tmp_path / "r.zarr")
     Products.computed.clear()
     parts = r"axis y, what all parts need, part 5 \(product\), part 9 \(label\); it is computed"
     with pytest.warns(RuntimeWarning, match=parts):
@@ -93,18 +92,15 @@ def test_an_earlier_store_of_this_version_is_read_and_its_chunks_are_checked(
     root["attributes"]["digests"] = {".": "0" * 64}
     (path / "zarr.json").write_text(json.dumps(root))
     assert set(open_result(path).attrs) == set(open_result(whole_path).attrs)
-    found = run(study, path)
-    assert found is not None
+    found = there(run(study, path))
     xr.testing.assert_equal(found.load(), expected)
     chunk = next(file for file in sorted(path.glob("product/c/*/*")) if file.is_file())
     chunk.write_bytes(chunk.read_bytes()[:-1])
-    with pytest.raises(InputError, match="Damaged: part"):
-        open_result(path)
+    refused("Damaged: part", open_result, path)
 
 
 def test_a_damaged_part_of_a_sequence_is_computed_from_the_one_before(tmp_path: Path) -> None:
-    expected = run(Sums(VALUES), tmp_path / "r.zarr")
-    assert expected is not None
+    expected = there(run(Sums(VALUES), tmp_path / "r.zarr"))
     expected.load()
     for number in (0, 2, 3):
         (tmp_path / "r.zarr/product/c" / str(number) / "0").unlink()
@@ -120,8 +116,7 @@ def test_locks_and_results_follow_no_link(tmp_path: Path) -> None:
     mine.write_text("keep")
     for make in (lock.symlink_to, lock.hardlink_to):
         make(mine)
-        with pytest.raises(InputError, match="output"):
-            run(Products(VALUES), path)
+        refused("output", run, Products(VALUES), path)
         assert "keep" not in token_of(str(path)) or make == lock.hardlink_to
         lock.unlink()
     os.mkfifo(lock)
@@ -149,8 +144,7 @@ def test_what_all_parts_need_is_not_replaced_by_another_and_leaves_nothing_if_it
         def context(self) -> Arrays:
             return {"factor": np.array([0.5, 1.0])}
 
-    with pytest.raises(InputError, match="factor"):
-        run(Refused(VALUES), tmp_path / "r.zarr")
+    refused("factor", run, Refused(VALUES), tmp_path / "r.zarr")
     assert list(tmp_path.iterdir()) == []
     run(Products(VALUES), tmp_path / "r.zarr")
     (tmp_path / "r.zarr/context/bytes/c/0").unlink()

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import pytest
 from bokeh.events import Tap
-from bokeh.models import Div
 
 from bouncing_disk_ros.maps.bifurcation_diagram import from_starts
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap, spread_starts
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
-from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.workbench import bifurcation_pane
 from bouncing_disk_ros.workbench.bifurcation_pane import (
     KEPT,
@@ -26,15 +22,14 @@ from bouncing_disk_ros.workbench.bifurcation_pane import (
     images,
 )
 from bouncing_disk_ros.workbench.start_plane import section_of
-from support.bokeh_page import BokehPage
+from support.bokeh_page import VALUES, OpenedPane
+from support.checks import there
 
 FULL = 80  # values of Γ in a view here: a quick one
-VALUES = {name: value for name, value in DEFAULTS.items() if isinstance(value, float)}
 
 
 def test_a_diagram_is_that_of_from_starts() -> None:
-    shown = diagram(0.5, 0.42, 0.5, 200)
-    assert shown is not None
+    shown = there(diagram(0.5, 0.42, 0.5, 200))
     assert shown.columns == 200
     values = 0.42 + (0.5 - 0.42) * (np.arange(200) + 0.5) / 200
     whole = from_starts(
@@ -49,8 +44,7 @@ def test_a_diagram_is_that_of_from_starts() -> None:
 
 
 def test_images_hold_the_period_1_orbit_and_the_starts_with_contact_apart() -> None:
-    shown = diagram(0.5, 0.449, 0.451, 3)
-    assert shown is not None
+    shown = there(diagram(0.5, 0.449, 0.451, 3))
     without, contact = images(shown, 0.0, math.tau)
     assert without.shape == contact.shape == (ROWS, 3)
     phase = float(fixed_point(0.45, 0.5).forcing_phase[0])
@@ -60,46 +54,22 @@ def test_images_hold_the_period_1_orbit_and_the_starts_with_contact_apart() -> N
     assert shares == pytest.approx(1.0, abs=1e-5)  # of float32
 
 
-class Opened:
-    def __init__(self, **changed: float) -> None:
-        self.values: dict[str, float] = {**VALUES, **changed}
-        self.sent: list[Mapping[str, Any]] = []
-        self.pane = BifurcationPane(lambda: self.values, self.sent.append)
-        self.page = BokehPage(self.pane)
-        self.pane.parameters_changed()
-        self.page.settle()
-
-    @property
-    def texts(self) -> str:
-        return "\n".join(one.text for one in self.page.document.select({"type": Div}))
-
-    def changed(self, **values: float) -> None:
-        self.values |= values
-        self.pane.parameters_changed()
-        self.page.settle()
-
-
-@pytest.fixture(autouse=True)
-def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def opened(monkeypatch: pytest.MonkeyPatch) -> OpenedPane:
     monkeypatch.setattr(bifurcation_pane, "COARSE", 20)
     monkeypatch.setattr(bifurcation_pane, "FULL", FULL)
+    return OpenedPane(BifurcationPane)
 
 
-@pytest.fixture
-def opened() -> Opened:
-    return Opened()
-
-
-def test_opening_it_shows_the_diagram_and_sends_nothing(opened: Opened) -> None:
+def test_opening_it_shows_the_diagram_and_a_click_moves_the_cursor_and_the_run(
+    opened: OpenedPane,
+) -> None:
     (image,) = opened.pane._images[0].data["image"]
     assert image.shape == (ROWS, FULL)
     assert opened.pane._cursor.location == section_of(opened.values).axial_forcing
     assert "There: chattering (1 cycle); period-1, multiplier 0.5" in opened.texts
     assert opened.sent == []
-
-
-def test_a_click_moves_the_cursor_and_the_run(opened: Opened) -> None:
-    opened.page.trigger(Tap(opened.pane._figure, sx=1, sy=1, x=0.4, y=1.0))
+    opened.trigger(Tap(opened.pane._figure, sx=1, sy=1, x=0.4, y=1.0))
     (sent,) = opened.sent
     assert section_of({**VALUES, **sent}).axial_forcing == pytest.approx(0.4, rel=1e-14)
     assert opened.pane._slider.value == opened.pane._cursor.location == 0.4
@@ -107,43 +77,52 @@ def test_a_click_moves_the_cursor_and_the_run(opened: Opened) -> None:
 
 
 @pytest.mark.parametrize("dragged", ["cursor", "slider"])
-def test_a_drag_sends_only_where_it_is_when_its_time_has_come(opened: Opened, dragged: str) -> None:
+def test_a_drag_sends_only_where_it_is_when_its_time_has_come(
+    opened: OpenedPane, dragged: str
+) -> None:
     for place in (0.41, 0.42, 0.43):
         if dragged == "cursor":
             opened.pane._cursor.location = place
         else:
             opened.pane._slider.value = place
-    opened.page.settle()
+    opened.settle()
     (sent,) = opened.sent
     assert section_of({**VALUES, **sent}).axial_forcing == pytest.approx(0.43, rel=1e-14)
     assert opened.pane._slider.value == opened.pane._cursor.location == 0.43
 
 
-def test_the_run_moves_its_own_line_not_the_cursor(opened: Opened) -> None:
+def test_the_run_moves_its_own_line_not_the_cursor_and_another_restitution_the_diagram(
+    opened: OpenedPane,
+) -> None:
     before = opened.pane._cursor.location
     opened.changed(axial_amplitude=0.045)
     assert opened.pane._cursor.location == before
     assert opened.pane._in_force.location == section_of(opened.values).axial_forcing
     assert opened.sent == []
-    far = Opened(axial_amplitude=0.2)
+    far = OpenedPane(BifurcationPane, axial_amplitude=0.2)
     forcing = section_of(far.values).axial_forcing
     assert forcing > 2.0
     assert far.pane._figure.x_range.end > forcing, "a run far away is within the range"
     assert far.sent == []
-
-
-def test_another_restitution_is_another_diagram(opened: Opened) -> None:
-    (before,) = opened.pane._images[0].data["image"]
+    (image_before,) = opened.pane._images[0].data["image"]
     opened.changed(restitution=0.4)
     (after,) = opened.pane._images[0].data["image"]
-    assert not np.array_equal(before, after, equal_nan=True)
+    assert not np.array_equal(image_before, after, equal_nan=True)
     assert "ε = 0.4" in opened.pane._figure.title.text
 
 
-def test_a_zoom_is_computed_anew_where_it_is(opened: Opened) -> None:
+def test_a_coarse_diagram_does_not_take_the_place_of_a_fine_one_which_a_zoom_does(
+    opened: OpenedPane,
+) -> None:
+    pane = opened.pane
+    across = pane._figure.x_range
+    coarse = there(diagram(0.5, across.start, across.end, 20))
+    pane._show(coarse, images(coarse, 0.0, math.tau), (0.0, math.tau), 0.1)
+    (image,) = pane._images[0].data["image"]
+    assert image.shape == (ROWS, FULL)
     opened.pane._figure.x_range.update(start=0.52, end=0.56)
     opened.pane._figure.y_range.update(start=0.5, end=1.5)
-    opened.page.settle()
+    opened.settle()
     data = opened.pane._images[0].data
     places = [data[name][0] for name in ("x", "y", "dw", "dh")]
     assert places == pytest.approx([0.52, 0.5, 0.04, 1.0], abs=1e-15)
@@ -152,20 +131,10 @@ def test_a_zoom_is_computed_anew_where_it_is(opened: Opened) -> None:
     assert slider.start <= slider.value <= slider.end
 
 
-def test_a_coarse_diagram_does_not_take_the_place_of_a_fine_one(opened: Opened) -> None:
-    pane = opened.pane
-    across = pane._figure.x_range
-    coarse = diagram(0.5, across.start, across.end, 20)
-    assert coarse is not None
-    pane._show(coarse, images(coarse, 0.0, math.tau), (0.0, math.tau), 0.1)
-    (image,) = pane._images[0].data["image"]
-    assert image.shape == (ROWS, FULL)
-
-
-def test_parameters_without_a_diagram_are_said_in_one_line(opened: Opened) -> None:
+def test_parameters_without_a_diagram_are_said_in_one_line(opened: OpenedPane) -> None:
     opened.changed(restitution=1.0)
     assert "No diagram here: restitution" in opened.texts
-    opened.page.trigger(Tap(opened.pane._figure, sx=1, sy=1, x=0.4, y=1.0))
+    opened.trigger(Tap(opened.pane._figure, sx=1, sy=1, x=0.4, y=1.0))
     assert opened.sent == []
     opened.changed(restitution=0.5)
     assert "No diagram here" not in opened.texts

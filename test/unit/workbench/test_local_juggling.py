@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, MotionInForce
 from bouncing_disk_ros.core.simulation import Simulation
-from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.juggling.juggler import Juggler
 from bouncing_disk_ros.juggling.loop_verdict import Outcome
 from bouncing_disk_ros.juggling.simulated_loop import run_loop
 from bouncing_disk_ros.run.loop import Loop
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.workbench.local_juggling import LocalJuggling
+from support.checks import refused
 
 FREQUENCY, GRAVITY, PERIODS = 3.0, 9.81, 20
 BELIEVED = {"restitution": 0.5, "gravity": GRAVITY}
@@ -104,5 +104,4 @@ def test_it_says_why_it_does_not_capture(
 
 def test_an_answer_beyond_a_limit_is_refused_as_the_node_does(warm_kernels: None) -> None:
     juggled = Juggled(0.45, "deadbeat", offset_limit=1e-9)
-    with pytest.raises(InputError, match=r"platform/joint_trajectory .*\(offset_limit\)"):
-        juggled.run(PERIODS)
+    refused(r"platform/joint_trajectory .*\(offset_limit\)", juggled.run, PERIODS)

@@ -24,6 +24,7 @@ from bouncing_disk_ros.workbench.actions import (
 )
 from bouncing_disk_ros.workbench.local_link import LocalLink
 from bouncing_disk_ros.workbench.scene_table import SCENES
+from support.checks import there
 
 
 def wait(condition: Callable[[], Any], seconds: float = 30.0) -> None:
@@ -62,8 +63,7 @@ def test_it_runs_and_takes_every_action(link: LocalLink) -> None:
     wait(lambda: len(history.speeds) > 2)
     link.send(Call("pause", True), Impulse(0.0, 0.05))
     wait(lambda: history.phase == "paused")
-    session = link._run.session if link._run else None
-    assert session is not None
+    session = there(link._run).session
     before = session.time_ns
     step(link)
     frequency = session.simulation.motion_in_force.target.frequency
@@ -108,8 +108,7 @@ def test_a_programme_moves_the_platform_and_its_offset(link: LocalLink, tmp_path
         "trajectory:\n  - {time: 0.2, platform_axial: [0.01, 0.0]}\n"
     )
     wait(lambda: link.history.latest > 0.0)
-    session = link._run.session if link._run else None
-    assert session is not None
+    session = there(link._run).session
     link.send(Perform(str(file)))
     wait(lambda: session.latest_target.axial_amplitude == 0.01)
     wait(lambda: session.latest_offset.axial.plans[-1].segments[-1].start.position == 0.01)
@@ -131,8 +130,7 @@ def test_it_juggles_until_it_is_stopped_or_another_run_begins(
     assert history.juggling.startswith("deadbeat: lost: ")
     link.send(Call("pause", False))
     wait(lambda: history.juggling.startswith("deadbeat: captured"))
-    session = link._run.session if link._run else None
-    assert session is not None
+    session = there(link._run).session
     assert newest_extremes(session.latest_offset.axial).position > 0.0
     link.send(Call("pause", True))
     wait(lambda: history.phase == "paused")

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 import re
 import sys
+import threading
 from collections.abc import Callable
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -16,10 +18,10 @@ import numpy as np
 import pytest
 from bokeh.document import Document
 from bokeh.models import Div
+from bokeh.plotting import figure
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion, MotionInForce
-from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.units import shown_unit
@@ -49,6 +51,7 @@ from bouncing_disk_ros.workbench.page import TABS, TEXT_EVERY, Page, Pages, TabR
 from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE, numbers
 from bouncing_disk_ros.workbench.scene_table import SCENES
 from bouncing_disk_ros.workbench.tab import TabPane
+from support.checks import refused
 from support.page_link import ListLink, change, click, model
 from support.recorded import period_one_bag
 
@@ -94,11 +97,21 @@ def page(document: Document, link: ListLink) -> Page:
     return made
 
 
+def of_preset(preset: str) -> tuple[ListLink, Document]:
+    """A page that shows a run of a preset."""
+    link, document = ListLink(), Document()
+    filled(link, preset)
+    Page(document, link).update()
+    return link, document
+
+
 def in_force(link: ListLink) -> dict[str, float]:
     return numbers(link.history.values_at())
 
 
-def test_the_page_shows_the_run(page: Page, document: Document, link: ListLink) -> None:
+def test_the_page_shows_the_run_with_a_gap_where_samples_are_missing(
+    page: Page, document: Document, link: ListLink
+) -> None:
     path = model(document, "path").data
     assert path["time"].tolist() == (np.arange(101) / 100.0).tolist()
     assert np.allclose(path["disk"] - path["platform"], 39.788735772973836), "mm"
@@ -108,14 +121,19 @@ def test_the_page_shows_the_run(page: Page, document: Document, link: ListLink) 
     assert model(document, "speed").data["speed"].tolist() == [20.0]
     assert len(model(document, "slices").data["start"]) == 8
     assert "flight" in model(document, "status").text
-    titles = " ".join(plot.title.text for plot in document.select({"type": _figure()}))
+    titles = " ".join(plot.title.text for plot in document.select({"type": figure}))
     assert "eq. 4, 27.39 rad/s (stable)" in titles
-
-
-def _figure() -> Any:
-    from bokeh.plotting import figure
-
-    return figure
+    assert not np.isnan(model(document, "path").data["disk"]).any()
+    link.history.add_values(1.5, {"state_rate": 10.0})
+    samples = np.zeros(7, SAMPLE_DTYPE)
+    samples["time"] = [1.01, 1.02, 1.05, 1.06, 1.5, 1.6, 1.7]
+    for rows in (samples[:3], samples[3:]):
+        link.history.add_samples(rows)
+        page.update()
+    path = model(document, "path").data
+    times = path["time"][np.isnan(path["disk"])]
+    assert times.tolist() == [1.05, 1.5]
+    assert np.isnan(path["platform"]).sum() == 2
 
 
 def test_each_slider_shows_and_sends_its_number(
@@ -150,9 +168,7 @@ def test_each_slider_shows_and_sends_its_number(
 @pytest.mark.parametrize("preset", ["pizza_multiple_toss", "swum"])
 def test_each_slider_reaches_the_value_that_the_run_began_with(preset: str) -> None:
     """By a step of the slider: its steps hold that value of their own in few cases."""
-    link, document = ListLink(), Document()
-    filled(link, preset)
-    Page(document, link).update()
+    link, document = of_preset(preset)
     begun = in_force(link)
     for control in (*MOTION_CONTROLS, *DISK_CONTROLS):
         slider = model(document, control.name)
@@ -169,9 +185,7 @@ def test_each_slider_reaches_the_value_that_the_run_began_with(preset: str) -> N
 
 
 def test_a_motor_fits_the_sliders_and_a_strobe() -> None:
-    link, document = ListLink(), Document()
-    filled(link, "swum")
-    Page(document, link).update()
+    link, document = of_preset("swum")
     for control in (*MOTION_CONTROLS, *DISK_CONTROLS):
         slider, value = model(document, control.name), control.value(in_force(link))
         span = slider.end - slider.start
@@ -182,9 +196,10 @@ def test_a_motor_fits_the_sliders_and_a_strobe() -> None:
     assert link.sent == [Set({"state_rate": 40_000.0 / (400.0 + 1.0 / 200.0)})]
 
 
-def test_buttons_and_fields_send_their_actions(
+def test_buttons_and_fields_send_their_actions_and_any_parameter_as_it_was_typed(
     page: Page, document: Document, link: ListLink
 ) -> None:
+    """What is wrong is for the node to refuse, in its own words."""
     for name in ("pause", "step", "reset", "first_toss"):
         click(document, name)
     change(document, "axial", "value", 0.25)
@@ -208,12 +223,6 @@ def test_buttons_and_fields_send_their_actions(
         Set({**motion, "initial_forcing_phase": 1.0}), Call("reset"),
         Move({"axial_amplitude": 0.05}), Set({"restitution": 0.4}),
     ]  # fmt: skip
-
-
-def test_any_parameter_is_sent_as_it_was_typed(
-    page: Page, document: Document, link: ListLink
-) -> None:
-    """What is wrong is for the node to refuse, in its own words."""
     for name, text, value in (
         ("restitution", "0.4", 0.4),
         ("restitution", "lots", "lots"),
@@ -232,9 +241,7 @@ def test_any_parameter_is_sent_as_it_was_typed(
 def test_a_first_toss_is_refused_where_the_disk_would_not_stay_in_period_1() -> None:
     """The programme is the pizza's: a motor of 40 kHz would be sent a motion of 3 Hz."""
     for preset, sent in (("pizza_multiple_toss", True), ("swum", False)):
-        document, link = Document(), ListLink()
-        filled(link, preset)
-        Page(document, link).update()
+        link, document = of_preset(preset)
         click(document, "first_toss")
         assert (Perform("first_toss_to_period_1") in link.sent) == sent, preset
         notices = [one for one in link.history.notices_after(0) if one.is_refusal]
@@ -263,13 +270,7 @@ def test_a_refusal_is_shown_once_as_text_and_is_no_alarm_for_ever(
             page.update()
         return str(model(document, "messages").text)
 
-    def new_run() -> None:
-        filled(link)
-
-    def command() -> None:
-        click(document, "reset")
-
-    for goes_on in (command, new_run):
+    for goes_on in (partial(click, document, "reset"), partial(filled, link)):
         for text in ("real time: 2 s behind", "mass: got <b>", "mass: got <b>"):
             link.history.note(text, is_refusal=True)
         assert len(re.findall(r"\d\d:\d\d:\d\d mass: got &lt;b&gt;", shown())) == 1
@@ -279,23 +280,6 @@ def test_a_refusal_is_shown_once_as_text_and_is_no_alarm_for_ever(
         goes_on()
         assert "#b00020" not in shown()
         assert "mass: got &lt;b&gt;" in shown()
-
-
-def test_missing_samples_leave_a_gap_in_the_path(
-    page: Page, document: Document, link: ListLink
-) -> None:
-    """100 samples a second; from 1 s on some are missing, then the rate is another one."""
-    assert not np.isnan(model(document, "path").data["disk"]).any()
-    link.history.add_values(1.5, {"state_rate": 10.0})
-    samples = np.zeros(7, SAMPLE_DTYPE)
-    samples["time"] = [1.01, 1.02, 1.05, 1.06, 1.5, 1.6, 1.7]
-    for rows in (samples[:3], samples[3:]):
-        link.history.add_samples(rows)
-        page.update()
-    path = model(document, "path").data
-    times = path["time"][np.isnan(path["disk"])]
-    assert times.tolist() == [1.05, 1.5]
-    assert np.isnan(path["platform"]).sum() == 2
 
 
 def test_a_page_that_draws_nothing_is_not_sent_more(
@@ -335,7 +319,7 @@ def test_pages_share_a_run_and_each_has_its_own_figures(link: ListLink) -> None:
     assert [model(document, "restitution").value for document in documents] == [0.3, 0.3]
 
 
-def test_a_strategy_is_started_changed_and_stopped(
+def test_a_strategy_is_started_changed_and_stopped_and_a_scene_begins_with_its_number(
     page: Page, document: Document, link: ListLink
 ) -> None:
     """Its status is shown, and the strategy that runs, whoever has started it."""
@@ -364,32 +348,17 @@ def test_a_strategy_is_started_changed_and_stopped(
     assert link.sent.pop() == StopJuggling()
     refresh("")
     assert model(document, "juggle").label == "Juggle"
-
-
-def test_a_scene_begins_and_its_number_comes(
-    page: Page, document: Document, link: ListLink
-) -> None:
     click(document, "scene_doubling")
     assert link.sent == SCENES["doubling"].actions(link.history.own_values())
     assert "Find the Γ of the first doubling" in model(document, "scene_text").text
     click(document, "show_number")
-    while document.session_callbacks and "computing" in model(document, "scene_text").text:
-        for callback in document.session_callbacks:
-            if type(callback).__name__ == "NextTickCallback":
-                callback.callback()
-    wait_for_number(document)
-    assert "It is 0.486." in model(document, "scene_text").text
-
-
-def wait_for_number(document: Document) -> None:
-    import threading
-
     for thread in threading.enumerate():
         if thread.name.startswith("number of"):
             thread.join(60.0)
     for callback in list(document.session_callbacks):
         if type(callback).__name__ == "NextTickCallback":
             callback.callback()
+    assert "It is 0.486." in model(document, "scene_text").text
 
 
 def test_a_bag_is_shown_with_a_time_slider(tmp_path: Path) -> None:
@@ -472,9 +441,7 @@ def held(link: ListLink) -> dict[str, parameters.Value]:
     ],
 )
 def test_a_wrong_address_is_refused_in_one_line(wrong: dict[str, str], line: str) -> None:
-    with pytest.raises(InputError) as caught:
-        read(RIGHT | wrong, ["The run", "Basins", "Bifurcation"])
-    assert re.match(line, caught.value.line)
+    refused(f"^{line}", read, RIGHT | wrong, ["The run", "Basins", "Bifurcation"])
 
 
 RIGHT = {"restitution": "0.4", "tab": "Bifurcation", "window": "0.4,0.5,0,1"}

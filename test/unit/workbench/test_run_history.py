@@ -103,13 +103,27 @@ def test_a_page_may_go_back_in_a_recorded_run() -> None:
     assert early.values["axial_amplitude"] == STILL.axial_amplitude
 
 
-def test_rows_that_sum_impacts_are_counted_but_no_points() -> None:
+def test_sums_of_impacts_are_no_points_and_what_no_simulator_says_is_left_out_with_a_notice() -> (
+    None
+):
     history = RunHistory()
     chatter = impacts(1.0, count=8)
     chatter["kind"] = ImpactKind.CHATTER_TAIL
     history.add_impacts(chatter)
     assert history.impacts_seen == 8
     assert len(history.points) == 0
+    hear = HistoryReader(history).handlers
+    wrong = impacts(1.0)
+    wrong["axial_impact_velocity"] = math.nan
+    for _ in range(2):
+        hear["disk/inputs"](String(data="{}"))
+        hear["disk/impacts"](impacts_to_msg(wrong, 0))
+    assert [one.text.partition(":")[0] for one in history.notices_after(0)] == [
+        "disk/inputs", "disk/impacts",
+    ]  # fmt: skip
+    assert len(history.points) == 0
+    hear["disk/impacts"](impacts_to_msg(impacts(1.0), 0))
+    assert len(history.points) == 1
 
 
 def test_a_new_run_is_noticed_by_its_records_and_by_its_times() -> None:
@@ -131,19 +145,3 @@ def test_a_new_run_is_noticed_by_its_records_and_by_its_times() -> None:
     history.add_samples(samples(5.0))
     history.add_samples(samples(1.0))
     assert view.frame().samples["time"].tolist() == [1.0], "time fell"
-
-
-def test_what_no_simulator_says_is_left_out_with_one_notice_for_each_topic() -> None:
-    history = RunHistory()
-    hear = HistoryReader(history).handlers
-    wrong = impacts(1.0)
-    wrong["axial_impact_velocity"] = math.nan
-    for _ in range(2):
-        hear["disk/inputs"](String(data="{}"))
-        hear["disk/impacts"](impacts_to_msg(wrong, 0))
-    assert [one.text.partition(":")[0] for one in history.notices_after(0)] == [
-        "disk/inputs", "disk/impacts",
-    ]  # fmt: skip
-    assert len(history.points) == 0
-    hear["disk/impacts"](impacts_to_msg(impacts(1.0), 0))
-    assert len(history.points) == 1

@@ -13,6 +13,7 @@ from bouncing_disk_ros.limits import INPUTS_AHEAD
 from bouncing_disk_ros.run.trajectory_validation import TrajectoryPoint, TrajectoryRequest
 from bouncing_disk_ros.topics import OFFSET_JOINTS
 from bouncing_disk_ros.units import NS
+from support.checks import there
 from support.commanded import WALL_NS, CommandedSession
 from support.wrong_commands import WRONG, trajectory, wrench
 
@@ -50,8 +51,7 @@ def test_impulses_ahead_do_not_pile_up_without_end() -> None:
     for _ in range(INPUTS_AHEAD):
         assert commanded.take("disk/impulse", serialize_message(later))
     assert not commanded.take("disk/impulse", serialize_message(later))
-    assert commanded.last is not None
-    assert "a command behind 1000 that have not acted yet" in commanded.last.line
+    assert "a command behind 1000 that have not acted yet" in there(commanded.last).line
     commanded.session.reset()
     assert commanded.take("disk/impulse", serialize_message(later))
 
@@ -95,8 +95,7 @@ def test_an_offset_beyond_its_limits_changes_nothing() -> None:
     before = commanded.session.simulation.snapshot()
     for request, said in BEYOND_LIMITS:
         assert not commanded.commands.accept(request)
-        assert commanded.last is not None
-        assert said in commanded.last.line
+        assert said in there(commanded.last).line
     assert commanded.session.simulation.snapshot() == before
 
 
@@ -108,8 +107,7 @@ def test_knots_ahead_are_limited() -> None:
         commanded.commands.accept(offset(*points, stamp_ns=now + k * 10**12)) for k in range(20)
     ]
     assert sum(accepted) == 9  # of a thousand knots and a hold each
-    assert commanded.last is not None
-    assert "10000" in commanded.last.line
+    assert "10000" in there(commanded.last).line
     assert commanded.commands.accept(offset())
     assert commanded.commands.accept(offset(*points, stamp_ns=now))
 

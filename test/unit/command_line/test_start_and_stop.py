@@ -1,4 +1,4 @@
-"""Signals: an executable ends at any moment of its start with one line at most, others do not."""
+"""How executables start and end: where modules are looked for, options, help, signals."""
 
 from __future__ import annotations
 
@@ -12,9 +12,14 @@ from pathlib import Path
 
 import pytest
 
+import bouncing_disk_ros
+from bouncing_disk_ros.command_line.safe_path import leave_current_folder_out
+from bouncing_disk_ros.command_line.start import Start, parser_of
 from bouncing_disk_ros.command_line.stop import Answer, Stop, executable_name
 from bouncing_disk_ros.errors import ExitCode
 from bouncing_disk_ros.executables import module_of
+from bouncing_disk_ros.help_text import spec_lines
+from bouncing_disk_ros.parameters import Spec
 
 BIN = sys.executable.rpartition("/")[0]
 INTERRUPTED = """
@@ -141,3 +146,73 @@ def test_an_interrupt_within_generated_code_ends_with_130(tmp_path: Path) -> Non
         env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))},
     )  # fmt: skip
     assert (done.returncode, done.stderr) == (130, "it: interrupted; so\n")
+
+
+# --- options --------------------------------------------------------------------------------------
+def test_help_has_every_option_and_a_parameter_before_ros_args_is_told_its_place(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    table = {"lead": Spec("lead", 0.5, "s", "how early"), "csv": Spec("csv", False, "", "as CSV")}
+    text = parser_of("tool", "What it does.", table, "tool now").format_help()
+    assert all(line in text for spec in table.values() for line in spec_lines(spec))
+    assert "lead (double, default 0.5 s)" in text
+    assert text.startswith("usage: tool [--help] [--ros-args")
+    assert text.endswith("example:\n  tool now\n")
+    with pytest.raises(SystemExit) as ended:
+        Start("tool", "", {}, "", ["width:=3"], needs_ros=False).parse()
+    assert ended.value.code == 2
+    assert "come after --ros-args: --ros-args -p NAME:=VALUE" in capsys.readouterr().err
+
+
+def test_a_file_for_another_node_is_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "other.yaml"
+    for node, said in (("basins", True), ("tool", True), ("disk", False), ("/**", False)):
+        file.write_text(f"{node}:\n  ros__parameters:\n    width: 3\n", encoding="utf-8")
+        arguments = ["--ros-args", "--params-file", str(file)]
+        Start("tool", "", {}, "", arguments, needs_ros=False, node_name="disk").parse()
+        line = f"tool: --params-file {file}: it sets nothing for a node called disk, and is ignored"
+        assert capsys.readouterr().err == (f"{line}\n" if said else "")
+
+
+# --- where modules are looked for -----------------------------------------------------------------
+ROOT = Path(bouncing_disk_ros.__file__).resolve().parents[1]
+
+
+@pytest.fixture
+def search(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> pytest.MonkeyPatch:
+    """As `python -m` has it while it looks for its module, in a folder of somebody's."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["-m"])
+    monkeypatch.setattr(sys, "path", [str(tmp_path), "/usr/lib/python3", str(tmp_path)])
+    monkeypatch.setenv("PYTHONSAFEPATH", "")
+    return monkeypatch
+
+
+def test_the_current_folder_is_left_out_here_and_in_processes(
+    search: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    leave_current_folder_out()
+    assert sys.path == ["/usr/lib/python3", str(tmp_path)]  # PYTHONPATH may name it too
+    assert os.environ["PYTHONSAFEPATH"] == "1"
+
+
+def test_where_the_package_lies_in_it_it_is_searched_last(search: pytest.MonkeyPatch) -> None:
+    search.chdir(ROOT)
+    search.setattr(sys, "path", [str(ROOT), "/usr/lib/python3"])
+    leave_current_folder_out()
+    assert sys.path == ["/usr/lib/python3", str(ROOT)]
+    assert os.environ["PYTHONSAFEPATH"] == ""
+
+
+def test_outside_of_python_m_and_where_it_is_safe_already_nothing_changes(
+    search: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    safe = ["/usr/lib/python3", str(tmp_path)]
+    cases = [(argv, list(sys.path)) for argv in (["script.py"], ["-c"], [])]
+    for argv, path in (*cases, (["-m"], safe)):
+        search.setattr(sys, "argv", argv)
+        search.setattr(sys, "path", list(path))
+        leave_current_folder_out()
+        assert sys.path == path

@@ -1,4 +1,4 @@
-"""What a motor settles on: means that longer runs confirm, and none where it does not settle."""
+"""What a motor settles on, and maps of it: means that longer runs confirm, closed forms."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ import math
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.maps import motor_curves
+from bouncing_disk_ros.motor_study.compute import Motor, derived, stall
 from bouncing_disk_ros.motor_study.motor_points import (
     CHATTERS,
     CONTACT_ONLY,
@@ -20,6 +22,11 @@ from bouncing_disk_ros.motor_study.motor_points import (
     Run,
     measure,
 )
+from bouncing_disk_ros.motor_study.options import DEFINITION
+from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.study import named
+from support.shown import result_of
 
 MOTION = Motion(1e-6, 4e-4, 40_000.0, -0.7383651652519078)
 DISK = Disk(5e-4, 0.5, 0.2, 2.5e-3, 2.83e-3, 9.80665, 22.3)
@@ -123,7 +130,7 @@ def test_a_heavy_rotor_has_the_speed_at_which_it_does_not_drift() -> None:
     assert found.mean_speed[0] == pytest.approx(-45.80, abs=0.005)
 
 
-def test_what_does_not_settle_has_no_mean() -> None:
+def test_what_does_not_settle_has_no_mean_and_a_brake_that_holds_is_at_rest() -> None:
     """Chaos with a rotor too heavy for the periods allowed; a rotor that nothing turns or slows."""
     heavy = DISK._replace(preload=18.2, load_inertia=1e-4)
     free = DISK._replace(friction=0.0)
@@ -131,6 +138,14 @@ def test_what_does_not_settle_has_no_mean() -> None:
     assert found.kind.tolist() == [UNSETTLED] * 2
     assert np.isnan(found.mean_speed).all()
     assert all(np.isnan(found.errors[name]).all() for name in MEANS)
+    held = DISK._replace(preload=40.0, brake_torque=0.2)
+    still = measure([(MOTION, held)], Run("rest"))
+    assert still.kind[0] == CONTACT_ONLY
+    assert still.mean_speed[0] == 0.0
+    assert math.isnan(still.friction_work_per_turn[0])
+    assert math.isnan(still.efficiency[0])
+    assert still.sliding_loss[0] > 0.0
+    assert still.angular_power[0] == pytest.approx(still.sliding_loss[0], rel=1e-9)
 
 
 def test_motors_measured_together_have_the_bits_of_each_one_alone() -> None:
@@ -190,13 +205,68 @@ def test_a_motor_followed_keeps_the_orbit_that_a_start_from_rest_does_not_find()
     assert rows.kind.tolist() == [*found.kind.tolist()] * 2
 
 
-def test_a_brake_that_holds_is_at_rest() -> None:
-    """Pressed so that it never leaves the stator, with a brake stronger than friction."""
-    held = DISK._replace(preload=40.0, brake_torque=0.2)
-    found = measure([(MOTION, held)], Run("rest"))
-    assert found.kind[0] == CONTACT_ONLY
-    assert found.mean_speed[0] == 0.0
-    assert math.isnan(found.friction_work_per_turn[0])
-    assert math.isnan(found.efficiency[0])
-    assert found.sliding_loss[0] > 0.0
-    assert found.angular_power[0] == pytest.approx(found.sliding_loss[0], rel=1e-9)
+# --- the study ------------------------------------------------------------------------------------
+SMALL: dict[str, Value] = {"x_count": 9, "y_begin": 21.0, "y_end": 30.0, "y_count": 4}
+
+
+def test_the_defaults_are_the_preset_swum_and_a_plane_may_stand_in_part() -> None:
+    preset = load_preset("swum")
+    table = DEFINITION.options
+    shared = {name: value for name, value in preset.items() if name in table}
+    assert len(shared) == 10
+    assert {name: table[name].default for name in shared} == shared
+    named("motor", x_begin=-0.1, x_end=0.1)
+    named("motor", y_begin=25.0, y_end=40.0, brake_torque=1.0)
+    named("motor", x_axis="angular_amplitude", x_begin=0.0, x_end=1e-3)
+
+
+def test_a_map_of_preload_and_load_has_stall_and_no_load_speed() -> None:
+    study, found = named("motor", **SMALL), result_of("motor", **SMALL)
+    assert isinstance(study, Motor)
+    assert found["mean_speed"].dims == ("preload", "load_torque")
+    assert found["mean_speed"].attrs["units"] == "rad/s"
+    for i, preload in enumerate(found["preload"].values):
+        motion, disk = study.motor_at({"preload": preload, "load_torque": 0.0})
+        assert float(found["no_load_speed"][i]) == pytest.approx(
+            motor_curves.no_load_speed(motion, disk), rel=1e-9
+        )
+        assert float(found["stall_torque"][i]) == pytest.approx(
+            motor_curves.friction_limit(disk), rel=1e-9
+        )
+        row = found["mean_speed"].values[i]
+        beyond = found["load_torque"].values > motor_curves.friction_limit(disk)
+        assert np.isnan(row).tolist() == beyond.tolist()
+        assert ((found["kind"].values[i] == 4) == beyond).all()
+    best = found["efficiency"].max("load_torque")
+    np.testing.assert_array_equal(found["best_efficiency"].values, best.values)
+    regimes = motor_curves.preload_regimes(*study.motor_at({"preload": 21.0, "load_torque": 0.0}))
+    assert found.attrs["preload_doubling"] == regimes.doubling
+
+
+def test_the_best_phase_lag_meets_the_impact() -> None:
+    """θ = −τ_imp; half a turn beside it the rotor turns as fast, but backwards."""
+    found = result_of(
+        "motor", x_axis="phase_lag", x_begin=-1.0, x_end=-0.4, x_count=61, y_begin=22.3,
+        y_end=22.3, y_count=1,
+    )  # fmt: skip
+    assert float(found["best_phase_lag"][0]) == pytest.approx(-0.7384, abs=0.006)
+    assert float(found["best_speed"][0]) == pytest.approx(100.53, rel=1e-4)
+    assert "stall_torque" not in found
+
+
+def test_stall_is_where_the_speed_is_0_and_no_load_that_turns_back_counts_for_the_best_lag() -> (
+    None
+):
+    loads = np.linspace(-2.0, 4.0, 7)
+    falling = 2.0 - loads
+    assert stall(loads, falling, 10.0) == pytest.approx(2.0)
+    assert stall(loads, np.where(loads > 1.5, np.nan, falling), 1.5) == 1.5
+    assert math.isnan(stall(loads, falling + 10.0, 10.0)), "the axis ends before"
+    assert stall(loads, -1.0 - loads, 10.0) == pytest.approx(-1.0), "it turns the other way"
+    assert math.isnan(stall(loads[4:], falling[4:], 10.0)), "0 is not on the axis"
+    assert stall(loads, -loads, 10.0) == 0.0
+    speed = xr.DataArray([[40.0, 60.0, 20.0], [-90.0, 10.0, -100.0]], dims=("load", "phase_lag"))
+    result = xr.Dataset({"mean_speed": speed}, {"phase_lag": [-1.5, -0.7, 1.5]})
+    found = derived(result, "load", "phase_lag", lambda _: np.zeros(0))
+    assert found["best_phase_lag"].values.tolist() == [-0.7, -0.7]
+    assert found["best_speed"].values.tolist() == [60.0, 10.0]

@@ -1,4 +1,4 @@
-"""Which answers and which files a recorder attaches, and what it takes for a snapshot."""
+"""What a recorder records: topics by its options, answers and files that it attaches, snapshots."""
 
 from __future__ import annotations
 
@@ -17,8 +17,16 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import ANSWER_BYTES, PRESET_BYTES
 from bouncing_disk_ros.nodes.recorder.attachments import answered, dumped, preset_bytes
 from bouncing_disk_ros.nodes.recorder.recorded_topic import installed_class, is_snapshot
+from bouncing_disk_ros.nodes.recorder.recorder_options import (
+    OPTIONS,
+    Selection,
+    preset_files,
+    writer_options,
+)
+from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.input_records import to_json
 from bouncing_disk_ros.run.session import Session
+from support.checks import refused
 
 
 # --- answers --------------------------------------------------------------------------------------
@@ -54,8 +62,7 @@ def test_every_type_of_an_answer_is_taken() -> None:
     ],
 )
 def test_other_answers_are_refused(names: list[str], values: list[Any], line: str) -> None:
-    with pytest.raises(InputError, match=line):
-        answered(names, values)
+    refused(line, answered, names, values)
 
 
 # --- presets --------------------------------------------------------------------------------------
@@ -131,6 +138,55 @@ def test_nothing_else_is_one(data: bytes) -> None:
 def test_a_type_loads_no_module_unless_it_is_installed(
     kind: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with pytest.raises(InputError, match="message type"):
-        installed_class(kind)
+    refused("message type", installed_class, kind)
     assert capsys.readouterr().out == ""  # the module `this` prints
+
+
+# --- options --------------------------------------------------------------------------------------
+def values(**given: Value) -> dict[str, Value]:
+    return {name: spec.checked(given.get(name, spec.default)) for name, spec in OPTIONS.items()}
+
+
+def selection(**given: Value) -> Selection:
+    return Selection(values(**given), lambda name: name if name[0] == "/" else f"/one/{name}")
+
+
+def test_the_package_s_own_topics_by_default_and_commands_when_asked_for() -> None:
+    """A sender that waits for one listener must not find the recorder instead of the simulator."""
+    chosen = selection()
+    wanted = {"/one/disk/impacts": True, "/diagnostics": True, "/disk/impacts": False,
+              "/one/platform/command": False, "/one/disk/impulse": False}  # fmt: skip
+    assert {name: chosen.wants(name) for name in wanted} == wanted
+    assert chosen.known["/one/disk/inputs"].name == "disk/inputs"
+    for asked in (selection(topics="platform/command"), selection(all=True)):
+        assert asked.wants("/one/platform/command")
+
+
+def test_names_regular_expressions_and_exclusions() -> None:
+    chosen = selection(topics="joint_states, /scan  camera", regex="/arm/.*", exclude=".*/raw")
+    assert [name for name in ("/one/joint_states", "/scan", "/one/camera", "/arm/x", "/arm/x/raw",
+                              "/one/disk/impacts", "/my/arm/x") if chosen.wants(name)] == [
+        "/one/joint_states", "/scan", "/one/camera", "/arm/x"]  # fmt: skip
+
+
+def test_lists_are_arrays_or_one_text(tmp_path: Path) -> None:
+    for given in (["/a", "/b"], ("/a", "/b"), "/a /b", "/a,/b"):
+        values_ = {name: spec.checked(spec.default) for name, spec in OPTIONS.items()}
+        values_["topics"] = OPTIONS["topics"].checked(given)
+        assert Selection(values_, str).named == ["/a", "/b"]
+    with_blanks = str(tmp_path / "my preset.yaml")
+    values_["presets"] = OPTIONS["presets"].checked([with_blanks])
+    assert preset_files(values_) == [Path(with_blanks)]
+    assert OPTIONS["topics"].checked([""]) == ""  # as an empty list is declared
+    refused("It is a string array, not a list", OPTIONS["topics"].checked, [1, 2])
+
+
+def test_all_but_hidden_ones_are_recorded_in_megabytes() -> None:
+    chosen = selection(all=True, exclude="/rosout")
+    assert chosen.wants("/anything/at/all")
+    assert not chosen.wants("/rosout")
+    assert chosen.wants("/rosout_agg")  # the whole name must match
+    assert not chosen.wants("/fibonacci/_action/status")
+    assert selection(all=True, topics="/a/_b").wants("/a/_b")
+    options = writer_options(values(max_size=1.5, compression="lz4"))
+    assert (options.max_size, options.compression) == (1_500_000, "lz4")

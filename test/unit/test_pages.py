@@ -1,11 +1,17 @@
-"""The words of the pages: short sentences that name their nouns; a README of two screens."""
+"""The pages: short sentences that name their nouns; what they name exists, as it was measured."""
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import pytest
+import yaml
+
+from bench.history import LAST
+from bench.page import PAGE, with_table
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -53,3 +59,43 @@ def test_sentences_are_short_and_name_their_nouns(page: Path) -> None:
 
 def test_the_readme_has_two_screens() -> None:
     assert len((ROOT / "README.md").read_text("utf-8").split()) <= README
+
+
+# --- what they name -------------------------------------------------------------------------------
+NAMING = sorted(
+    path
+    for pattern in (
+        "config/**/*.yaml",
+        "docs/*.md",
+        "examples/*.py",
+        "*.md",
+        "launch/*.py",
+        "urdf/*",
+        "tools/*.py",
+    )
+    for path in ROOT.glob(pattern)
+)
+NAMED = re.compile(r"\b(?:bouncing_disk_ros|test|tools|config)/[A-Za-z0-9_/]+\.(?:py|yaml)\b")
+
+
+def test_files_that_are_named_exist_and_commands_work_from_any_folder() -> None:
+    named = {(page, name) for page in NAMING for name in NAMED.findall(page.read_text("utf-8"))}
+    assert len(named) > 30
+    assert [(page.name, name) for page, name in named if not (ROOT / name).is_file()] == []
+    for file in (ROOT / "config").glob("*.yaml"):
+        for line in file.read_text("utf-8").splitlines():
+            if "--params-file " in line:
+                share = "$(ros2 pkg prefix --share bouncing_disk_ros)/config/"
+                assert line.split("--params-file ")[1] == f"{share}{file.name}"
+
+
+def test_the_citation_has_the_version_of_the_package_and_the_page_the_stored_run() -> None:
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
+    assert citation["version"] == ET.parse(ROOT / "package.xml").getroot().findtext("version")
+    assert citation["date-released"].year >= 2026
+    assert citation["authors"]
+    page = PAGE.read_text("utf-8")
+    assert with_table(page, json.loads(LAST.read_text("utf-8"))) == page
+
+
+# --- the bench ------------------------------------------------------------------------------------
