@@ -24,6 +24,7 @@ from bouncing_disk_ros.core.chatter import (
 from bouncing_disk_ros.core.contact_events import load
 from bouncing_disk_ros.core.flight import Launch, gap_after, separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after
+from bouncing_disk_ros.core.next_event import Stretch, contact_run
 from bouncing_disk_ros.core.platform import (
     Record,
     angular_jet,
@@ -41,7 +42,6 @@ from bouncing_disk_ros.maps.axial_map import (
     landing,
     launched_impact,
 )
-from bouncing_disk_ros.maps.contact_run import Stretch, contact_run
 from bouncing_disk_ros.maps.map_tangent import flight_tangent
 
 ORBIT_SPEED, ORBIT_TURNED = ORBIT_KIND + 1, ORBIT_KIND + 2
