@@ -25,6 +25,7 @@ from bouncing_disk_ros.core.compilation import entry, kernel
 from bouncing_disk_ros.core.contact_events import load
 from bouncing_disk_ros.core.flight import Launch, gap_after, separation_phase
 from bouncing_disk_ros.core.forcing_clock import phase_after
+from bouncing_disk_ros.core.next_event import Stretch, contact_run
 from bouncing_disk_ros.core.platform import (
     Record,
     angular_jet,
@@ -43,7 +44,6 @@ from bouncing_disk_ros.maps.axial_map import (
     landing,
     launched_impact,
 )
-from bouncing_disk_ros.maps.contact_run import Stretch, contact_run
 
 ORBIT_SPEED, ORBIT_TURNED = ORBIT_KIND + 1, ORBIT_KIND + 2
 """Columns of what `collision_orbit` writes, after those of `axial_map`."""

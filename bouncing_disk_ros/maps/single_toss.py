@@ -17,8 +17,8 @@ from bouncing_disk_ros.core.energy_ledger import (
 )
 from bouncing_disk_ros.core.flight import separation_phase
 from bouncing_disk_ros.core.layout import DISK, LEDGER, W_ANGULAR, W_AXIAL
+from bouncing_disk_ros.core.next_event import Stretch, contact_run
 from bouncing_disk_ros.core.platform import Record, axial_jet, steady_motion
-from bouncing_disk_ros.maps.contact_run import Stretch, contact_run
 
 TOSS_SLID, TOSS_STUCK, TOSS_NONE, TOSS_STAYS, TOSS_UNRESOLVED = 0, 1, 2, 3, -1
 """How the contact ended: the disk left sliding; it left sticking (ν is the platform's); it left

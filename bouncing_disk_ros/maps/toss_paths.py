@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bouncing_disk_ros.core.model import InitialState, Sample
+from bouncing_disk_ros.core.model import SAMPLE_DTYPE, InitialState, Sample
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.tosses import (
@@ -135,19 +135,15 @@ def _samples(run: Simulation, end: float, count: int) -> list[Sample]:
 
 
 def _trajectory(taken: list[Sample], speed: float, delay: float, landing: float) -> TossTrajectory:
-    columns = {
-        name: np.array([getattr(sample, name) for sample in taken], np.float64)
-        for name in (*TossTrajectory._fields[3:9], "angular_velocity")
-    }
+    rows = np.array([tuple(sample) for sample in taken], SAMPLE_DTYPE)
+    names = (*TossTrajectory._fields[3:9], "angular_velocity")
     return TossTrajectory(
-        time=np.array([sample.time_ns / NS for sample in taken]),
-        forcing_phase=np.array(
-            [sample.forcing_phase + math.tau * sample.cycles for sample in taken]
-        ),
-        phase=np.array([sample.phase for sample in taken], np.int8),
-        angle=np.array([sample.unwrapped_angle for sample in taken]),
+        time=rows["time_ns"] / NS,
+        forcing_phase=rows["forcing_phase"] + math.tau * rows["cycles"],
+        phase=rows["phase"].astype(np.int8),
+        angle=math.tau * rows["turns"] + rows["angle"],
         airborne_speed=speed,
         separation_time=delay,
         landing_time=landing,
-        **columns,
+        **{name: rows[name].copy() for name in names},
     )

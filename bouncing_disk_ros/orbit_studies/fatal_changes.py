@@ -36,7 +36,7 @@ from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.orbit_studies.orbit_instants import Array, Instants
 
 Flights = Callable[[NDArray[np.intp], Array], Array]
-"""Of indices (k,) and sizes (k,) of changes: the (phase, gap, relative speed) (k, 3) after them."""
+"""Of indices (k,) and changes (k,): the (phase, gap, relative speed) (k, 3) after them."""
 
 Fates = NDArray[np.int8]
 SURVIVED, UNDECIDED, LOST = 1, 0, -1
@@ -90,15 +90,12 @@ def fatal_impulses(
     >>> fatal_impulses(section, known, 1, instants_of(known.found[1], section, 8)).min(axis=1)
     """
     rule = (rule or FatalRule()).checked()
-    found = []
-    for sense in (1.0, -1.0):
 
-        def flights(which: NDArray[np.intp], size: Array, sense: float = sense) -> Array:
-            gap, speed = instants.gap[which], instants.speed[which] + sense * size
-            return np.stack((instants.forcing_phase[which], gap, speed), axis=1)
+    def flights(which: NDArray[np.intp], change: Array) -> Array:
+        gap, speed = instants.gap[which], instants.speed[which] + change
+        return np.stack((instants.forcing_phase[which], gap, speed), axis=1)
 
-        found.append(_first_fatal(section, known, label, len(instants.gap), flights, rule))
-    return np.array(found)
+    return _fatal_both_ways(section, known, label, len(instants.gap), flights, rule)
 
 
 def fatal_timing_errors(
@@ -120,16 +117,13 @@ def fatal_timing_errors(
     rule = (rule or FatalRule()).checked()._replace(largest=math.pi)
     attractor = known.found[label]
     tau, w = attractor.forcing_phases[:most], attractor.velocities[:most]
-    found = []
-    for sense in (1.0, -1.0):
 
-        def flights(which: NDArray[np.intp], size: Array, sense: float = sense) -> Array:
-            phase = tau[which] + sense * size
-            speed = w[which] + section.axial_forcing * (np.cos(tau[which]) - np.cos(phase))
-            return np.stack((phase % math.tau, np.zeros(len(which)), speed), axis=1)
+    def flights(which: NDArray[np.intp], change: Array) -> Array:
+        phase = tau[which] + change
+        speed = w[which] + section.axial_forcing * (np.cos(tau[which]) - np.cos(phase))
+        return np.stack((phase % math.tau, np.zeros(len(which)), speed), axis=1)
 
-        found.append(_first_fatal(section, known, label, len(tau), flights, rule))
-    return np.array(found)
+    return _fatal_both_ways(section, known, label, len(tau), flights, rule)
 
 
 def fates(
@@ -182,16 +176,25 @@ def _fates_in_time(
     return fate
 
 
-def _first_fatal(
+def _fatal_both_ways(
     section: NextCollisionMap, known: Attractors, label: int, m: int, flights: Flights,
     rule: FatalRule,
 ) -> Array:  # fmt: skip
-    """The edge of the first interval of fatal sizes for each of m changes."""
+    """The edge of the first interval of fatal sizes (2, m) for each of m changes, upwards first."""
+    given = section, known, label, m, flights, rule
+    return np.array([_first_fatal(*given, sense) for sense in (1.0, -1.0)])
+
+
+def _first_fatal(
+    section: NextCollisionMap, known: Attractors, label: int, m: int, flights: Flights,
+    rule: FatalRule, sense: float,
+) -> Array:  # fmt: skip
+    """The edge of the first interval of fatal sizes for each of m changes of one sense."""
     chaotic = known.found[label].kind is AttractorKind.CHAOTIC
     resolution = max(rule.resolution, CHAOTIC_RESOLUTION) if chaotic else rule.resolution
 
     def fate(which: NDArray[np.intp], size: Array) -> Fates:
-        return fates(section, known, label, flights(which, size), rule.periods)
+        return fates(section, known, label, flights(which, sense * size), rule.periods)
 
     low, high, unknown = np.zeros(m), np.full(m, math.inf), np.zeros(m, bool)
     todo, first, last = np.arange(m), rule.smallest, rule.largest
