@@ -62,6 +62,17 @@ def _fused(_typing: Any, _a: Any, _b: Any, _c: Any) -> Any:
     return types.float64(types.float64, types.float64, types.float64), generate
 
 
+@intrinsic
+def floor(_typing: Any, _x: Any) -> Any:
+    """The largest whole number up to x, as a float64: `math.floor` in numba goes by an integer."""
+
+    def generate(_context: Any, builder: Any, _signature: Any, given: Any) -> Any:
+        double = given[0].type
+        return builder.call(builder.module.declare_intrinsic("llvm.floor", [double]), given)
+
+    return types.float64(types.float64), generate
+
+
 @kernel
 def two_product(a: float, b: float) -> tuple[float, float]:
     """a b as the rounded product and its exact error; |a b| below 1e308, and 0 or above 1e-290."""

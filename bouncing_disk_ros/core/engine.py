@@ -13,7 +13,8 @@ from bouncing_disk_ros.core import checkpoint, input_kernels, platform
 from bouncing_disk_ros.core.arithmetic import TWO_PI, sine_and_cosine
 from bouncing_disk_ros.core.compilation import entry
 from bouncing_disk_ros.core.energy_ledger import Ledger
-from bouncing_disk_ros.core.impact_log import ROWS, Rows
+from bouncing_disk_ros.core.flight import separation_phase
+from bouncing_disk_ros.core.impact_log import ROWS, Rows, keep_last
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
     DISK,
@@ -26,6 +27,7 @@ from bouncing_disk_ros.core.layout import (
     MOTION_DTYPE,
     STATE,
     STATE_DTYPE,
+    STEADY,
     STICKING,
     THROUGHPUT,
     UNKNOWN,
@@ -49,7 +51,7 @@ from bouncing_disk_ros.core.resolve_event import resolve
 from bouncing_disk_ros.core.roots import INSTANT
 from bouncing_disk_ros.field_checks import with_names
 
-_ROOM = 4096  # rows of one call of the stepper: what it writes is copied once
+_ROOM, _MOST_ROOM = 4096, 65536  # rows of one call of the stepper, at first and at most
 _MOST_AT_AN_INSTANT = 100_000  # events, in units of work
 _BOUNCES_SHOWN = 10_000  # of a chatter in closed form, for one sample
 Blocks = list[NDArray[np.void]]
@@ -79,19 +81,27 @@ def advance(
     state is not finite, or a root was not found).
     """
     n = work = 0
+    if motion[0].kind == STEADY and motion[0].separation_g != disk[0].g:
+        motion[0].separation_phase = separation_phase(motion[0], disk[0].g)
+        motion[0].separation_g = disk[0].g
+    status = BEHIND
     while work < budget:
         if state[0].event == UNKNOWN:
             work += find_next(state[0], motion[0], disk[0], boundary_ns) - 1
         if state[0].event == FAULT:
-            return n, work, FAULTY
+            status = FAULTY
+            break
         ns = state[0].event_ns
         if ns > until_ns or (ns == until_ns and state[0].event_sub > 0.0):
-            return n, work, DONE
+            status = DONE
+            break
         if n + 2 > len(rows):
-            return n, work, FULL
+            status = FULL
+            break
         n = resolve(state[0], motion[0], disk[0], ledger, rows, n, open_row)
         work += 1
-    return n, work, BEHIND
+    keep_last(open_row, rows, n)
+    return n, work, status
 
 
 class Engine:
@@ -180,7 +190,7 @@ class Engine:
             used += events
             self._check_that_time_goes_on(events)
             if n:
-                rows.append(self._written(n))
+                rows.append(self._given_away(n) if status == FULL else self._written(n))
             if status == FAULTY:
                 raise SimulationError(self._described("no next event after"))
             if status != FULL:
@@ -324,6 +334,12 @@ class Engine:
         potential = energy - kinetic
         throughput += kinetic + abs(potential) + abs(initial)
         return Energy(kinetic, potential, initial, **sums, residual=residual, throughput=throughput)
+
+    def _given_away(self, n: int) -> NDArray[np.void]:
+        """The first n rows of a full buffer, not copied; the next buffer is twice as long."""
+        full = self._buffer
+        self._buffer = np.zeros(min(2 * len(full), _MOST_ROOM), IMPACT_DTYPE)
+        return full[:n]
 
     def _written(self, n: int) -> NDArray[np.void]:
         """Copy of the first n rows; as bytes: a structured copy leaves the padding undefined."""

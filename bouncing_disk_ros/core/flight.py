@@ -339,6 +339,8 @@ def never_leaves(motion: Record, g: float) -> bool:
 @kernel
 def separation_phase(motion: Record, g: float) -> float:
     """τ_sep, sin τ_sep = g/(A ω²) = 1/(πΓ) (paper, eq. 3); −1 where the disk never leaves."""
+    if motion.separation_g == g:
+        return motion.separation_phase
     if never_leaves(motion, g):
         return -1.0
     return arcsine(g / (motion.a * motion.omega * motion.omega))

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from bouncing_disk_ros.core.arithmetic import (
     GIGA,
     TWO_PI,
+    floor,
     pair_product,
     pair_quotient,
     pair_sum,
@@ -35,21 +36,23 @@ def _pair_of_int(n: int) -> tuple[float, float]:
 @kernel
 def _whole(high: float, low: float) -> tuple[int, float]:
     """A double-double number as an integer and a remainder in [0, 1)."""
-    floor = math.floor(high)
-    part = (high - floor) + low  # beyond 2⁵³ low alone holds whole units
-    more = math.floor(part)
+    below = floor(high)
+    part = (high - below) + low  # beyond 2⁵³ low alone holds whole units
+    more = floor(part)
     rest = part - more
     if rest >= 1.0:  # a tiny negative part, rounded up
         rest = 0.0
-        more += 1
-    return int(floor) + int(more), rest
+        more += 1.0
+    return int(below) + int(more), rest
 
 
 @kernel
 def instant_of(motion: Record, cycles: int, tau: float) -> tuple[int, float]:
     """(ns, remainder in ns) of a forcing phase of a steady motion."""
     nh, nl = _pair_of_int(cycles - motion.cycles)
-    xh, xl = pair_sum(nh, nl, (tau - motion.tau) / TWO_PI, 0.0)
+    xh, xl = two_sum(nh, (tau - motion.tau) / TWO_PI)
+    if nl != 0.0:
+        xh, xl = two_sum(xh, xl + nl)
     th, tl = pair_product(xh, xl, GIGA, 0.0)
     qh, ql = pair_quotient(th, tl, motion.f)
     n, sub = _whole(qh, ql)
@@ -120,6 +123,10 @@ def elapsed(motion: Record, ns: int, sub: float) -> float:
 def phase_after(tau: float, advance: float) -> tuple[float, float]:
     """Whole turns and the phase in [0, 2π) after τ has grown by `advance` ≥ 0, rad."""
     grown = tau + advance
+    if 0.0 <= grown < TWO_PI:  # for most, and without a division
+        return 0.0, grown
+    if TWO_PI <= grown < 2.0 * TWO_PI:
+        return 1.0, grown - TWO_PI
     turns: float = math.floor(grown / TWO_PI)
     if turns > 1.0:
         h, e = two_product(turns, TWO_PI)

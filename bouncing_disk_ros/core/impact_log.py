@@ -68,12 +68,33 @@ def close_row(open_row: Rows, rows: Rows, n: int, state: Record, kind: int) -> i
     """Report the open row, if there is one; returns the number of rows."""
     if open_row[0].count == 0:
         return n
-    open_row[0].kind = kind
-    open_row[0].index = float(state.rows)
+    after = number_row(open_row[0], n, state, kind)
     rows[n] = open_row[0]
     open_row[0].count = 0
+    return after
+
+
+@kernel
+def number_row(row: Record, n: int, state: Record, kind: int) -> int:
+    """Give a whole row its kind and index; returns the number of rows with it."""
+    row.kind = kind
+    row.index = float(state.rows)
     state.rows += 1
     return n + 1
+
+
+@kernel
+def keep_last(open_row: Rows, rows: Rows, n: int) -> None:
+    """Leave what is reported of the last row in the open row, for snapshots alone."""
+    if n == 0:
+        return
+    last = rows[n - 1]
+    if open_row[0].count == 0:
+        open_row[0] = last
+        open_row[0].count = 0
+    else:
+        open_row[0].kind = last.kind
+        open_row[0].index = last.index
 
 
 @kernel
@@ -90,16 +111,14 @@ def log_impact(
     twist: float,
 ) -> int:
     """Report an impact just resolved (impulses over m, m a_g²); returns the number of rows."""
-    row = open_row[0]
     alone = w >= disk.report_speed or disk.restitution == 0.0  # ε = 0: one impact is no chatter
     if alone:
         n = close_row(open_row, rows, n, state, CHATTER_CUT)
-    if row.count == 0:
+    row = rows[n] if alone else open_row[0]  # to copy a row just written would wait for its numbers
+    if alone or row.count == 0:
         begin_row(row, state, motion, disk, w, slip)
     add_impulses(row, state, motion, disk, push, twist)
-    if alone:
-        n = close_row(open_row, rows, n, state, ONE_IMPACT)
-    return n
+    return number_row(row, n, state, ONE_IMPACT) if alone else n
 
 
 @kernel

@@ -117,6 +117,8 @@ PLATFORM_DTYPE = np.dtype(
         ("turning", "i8"),  # 1: the angular offset changes
         ("bending", "i8"),  # 1: the axial offset has an acceleration
         ("fifth", "f8"),  # derivative of the angular offset, the last that is not 0
+        ("separation_g", "f8"),  # g for which `separation_phase` is known; nan: it is not
+        ("separation_phase", "f8"),
     ],
     align=True,
 )

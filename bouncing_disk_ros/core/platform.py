@@ -338,7 +338,8 @@ def steady_motion(
         top=a * ROOM, s2=s2, s3=s2 * w, s4=s2 * w * w, b2=b2, b3=b2 * w, b4=b2 * w * w,
         offset=0, axial=None, angular=None, axial_duration=1.0, angular_duration=1.0,
         span=math.inf, origin_ns=0, axial_lead=0.0, angular_lead=0.0, fade_lead=0.0,
-        fade_end=math.inf, turning=0, bending=0, fifth=0.0,
+        fade_end=math.inf, turning=0, bending=0, fifth=0.0, separation_g=math.nan,
+        separation_phase=0.0,
     )  # fmt: skip
 
 
@@ -362,7 +363,8 @@ def moved_motion(motion: Record, moves: bool, table: Table, span: float, since: 
         top=top, s2=s2, s3=s3, s4=s4, b2=0.0, b3=0.0, b4=0.0,
         offset=bent, axial=table, angular=None, axial_duration=duration, angular_duration=1.0,
         span=math.inf, origin_ns=0, axial_lead=since, angular_lead=0.0, fade_lead=0.0,
-        fade_end=math.inf, turning=0, bending=bent, fifth=0.0,
+        fade_end=math.inf, turning=0, bending=bent, fifth=0.0, separation_g=math.nan,
+        separation_phase=0.0,
     )  # fmt: skip
 
 
@@ -449,6 +451,7 @@ def without_offset(sinusoid: NDArray[np.void]) -> NDArray[np.void]:
     m["origin_ns"], m["span"] = m["begin_ns"], math.inf
     m["fade_end"] = m["duration"] if m["kind"][0] == FADE else math.inf
     m["axial_duration"] = m["angular_duration"] = 1e9
+    m["separation_g"] = math.nan
     return m
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from bouncing_disk_ros.core.arithmetic import TWO_PI, sincos
+from bouncing_disk_ros.core.arithmetic import TWO_PI, floor, sincos
 from bouncing_disk_ros.core.brake import braked_spin, sign_of
 from bouncing_disk_ros.core.compilation import kernel, rare_kernel
 from bouncing_disk_ros.core.contact_events import load, slide
@@ -32,7 +32,7 @@ def turn(state: Record, angle: float) -> None:
     """Add to the angle of the disk, kept as whole turns and a remainder in [−π, π]."""
     total = state.angle + angle
     whole = total / TWO_PI
-    turns = math.floor(whole + 0.5)
+    turns = floor(whole + 0.5)
     if abs(whole) + abs(float(state.turns)) >= _MOST_TURNS:
         state.angle = math.nan  # beyond the range of numbers: the run ends
         return

@@ -16,6 +16,8 @@ Jet = tuple[float, float, float, float, float]
 ROUNDING = 1.1102230246251565e-16  # 2⁻⁵³
 INSTANT = 16.0 * ROUNDING
 """Of a period, or of a speed: within it two of them are the same to rounding."""
+_LEAST_SQUARED, _MOST_SQUARED = 1e-150, 1e150
+"""Between them the square of a number is a normal number."""
 
 
 @kernel
@@ -28,6 +30,8 @@ def parabola_quotient(h: float, h1: float, curvature: float) -> tuple[float, flo
 @kernel
 def parabola_root(h: float, h1: float, curvature: float) -> float:
     """Positive root of h + h1 δ − k δ²/2; needs h ≥ 0 and k > 0, or k = 0 and h1 < 0."""
+    if h == 0.0 and _LEAST_SQUARED < h1 < _MOST_SQUARED:  # at a launch: √h1² is h1 to the last bit
+        return (h1 + h1) / curvature
     over, under = parabola_quotient(h, h1, curvature)
     return over / under
 

@@ -308,3 +308,33 @@ def test_a_fast_platform_rounds_neither_the_disk_s_speed_nor_the_ledger() -> Non
         faster.apply_impulse(i * SECOND // 2000, 0.0, 0.0)
         faster.advance(i * SECOND // 2000)
         assert faster.energy().relative_residual < 1e-12
+
+
+def test_turns_beyond_the_range_of_numbers_end_the_run() -> None:
+    disk = DISK._replace(friction=0.0, load_torque=1e12)
+    sim = Simulation(STILL, disk, InitialState())
+    sim.apply_impulse(10_000 * SECOND, 0.1, 0.0)
+    with pytest.raises(SimulationError, match="angle nan"):
+        sim.advance(10_001 * SECOND)
+
+
+def test_rows_of_a_long_call_are_those_of_short_ones_and_stay() -> None:
+    whole, cut = run(), run()
+    end, step = 2_000_000_000_000, 100_000_000_000
+    rows = whole.advance(end)[0]
+    assert len(rows) > 3 * 4096  # room for more is made on the way
+    before = rows.tobytes()
+    parts = [cut.advance(at)[0] for at in range(step, end + 1, step)]
+    whole.advance(end + step)
+    assert rows.tobytes() == before == b"".join(part.tobytes() for part in parts)
+
+
+def test_the_separation_follows_a_change_of_the_preload() -> None:
+    motion, disk = Motion(0.03, 0.2, 3.0, 0.3), Disk(0.5, 0.3, 0.3, 0.1, 0.1, 9.81)
+    changed = Simulation(motion, disk, InitialState())
+    changed.advance(3_000_000_000)
+    changed.set_disk(disk._replace(preload=0.2))
+    fresh = Simulation.restore(changed.snapshot())  # knows nothing of earlier separations
+    rows = [sim.advance(9_000_000_000)[0] for sim in (changed, fresh)]
+    assert len(rows[0]) > 10
+    assert rows[0].tobytes() == rows[1].tobytes()
