@@ -157,7 +157,7 @@ def test_a_coarse_diagram_does_not_take_the_place_of_a_fine_one(opened: Opened) 
     across = pane._figure.x_range
     coarse = diagram(0.5, across.start, across.end, 20)
     assert coarse is not None
-    pane._show(coarse, images(coarse, 0.0, math.tau), (0.0, math.tau), 0.1)
+    pane._show((0.0, math.tau), (coarse, images(coarse, 0.0, math.tau)), 0.1)
     (image,) = pane._images[0].data["image"]
     assert image.shape == (ROWS, FULL)
 
