@@ -143,10 +143,7 @@ def report_of(record: RunRecord, source: RecordSource, choice: str = LONGEST) ->
 
     Raises InputError for a choice that is none, and for impacts whose times fall.
     """
-    rows = record.rows
-    if len(rows) and np.any(np.diff(rows["index"]) < 0.0):
-        rows[:] = rows[np.argsort(rows["index"], kind="stable")]
-    checked_times(rows)
+    rows = checked_times(record.rows)
     spans = spans_of(record, rows)
     segments = spans.segments
     counts = [len(segment.of(rows)) for segment in segments]

@@ -8,11 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.model import Disk, ImpactKind
+from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.maps.scales import acceleration
 from bouncing_disk_ros.report.orbit import Orbit, OrbitKind
 from bouncing_disk_ros.report.rise_time import LAST_PART, LEAST_STEPS, ONE_STEP, smallest_step
 from bouncing_disk_ros.report.run_record import SETTLED_SECONDS
+from bouncing_disk_ros.report.section import single_impacts
 from bouncing_disk_ros.report.spans import Segment
 from bouncing_disk_ros.report.transient import Transient, TransientKind
 
@@ -74,7 +75,7 @@ def flown(rows: NDArray[np.void], disk: Disk) -> NDArray[np.bool_]:
     size = np.abs(first["axial_velocity"]) * passed + fall + np.abs(then["axial_position"])
     tick = np.spacing(rows["time"][1:]) * np.abs(then["axial_impact_velocity"])
     hits = np.abs(away - then["axial_position"]) <= _FLOWN * size + 8.0 * tick
-    single = (rows["kind"] == ImpactKind.IMPACT) & (rows["count"] == 1)
+    single = single_impacts(rows)
     follow = np.diff(rows["index"]) == 1.0
     found: NDArray[np.bool_] = hits & follow & single[:-1] & single[1:]
     return found

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import html
 import math
-import time
 from collections.abc import Callable, Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -390,11 +389,6 @@ class BasinPane(TabPane):
         self._button.on_click(self._send_start)
 
     @property
-    def plot(self) -> Any:
-        """The Bokeh figure of the map, whose ranges are the window."""
-        return self._map.figure
-
-    @property
     def start(self) -> Start | None:
         """The start whose orbit is shown."""
         return None if self._orbit is None else self._orbit.start
@@ -438,20 +432,14 @@ class BasinPane(TabPane):
         self._status.text = _line(f"No basins here: {error}")
 
     def _compute(self, section: NextCollisionMap, window: Window, is_obsolete: IsObsolete) -> None:
-        """In the thread of the views: a coarse view first."""
-        begin = time.perf_counter()
-        for side in (COARSE, FULL):
-            try:
-                found = view(section, window, side, is_obsolete)
-            except InputError as error:
-                self._deliver(lambda error=error: self._refuse(error))  # type: ignore[misc]
-                return
-            if found is None:
-                return
-            spent = time.perf_counter() - begin
-            self._deliver(
-                lambda found=found, spent=spent: self._show(section, found, spent)  # type: ignore[misc]
-            )
+        """In the thread of the views."""
+        try:
+            self._refine(
+                (COARSE, FULL), lambda side: view(section, window, side, is_obsolete),
+                partial(self._show, section),
+            )  # fmt: skip
+        except InputError as error:
+            self._deliver(partial(self._refuse, error))
 
     def _show(self, section: NextCollisionMap, found: View, spent: float) -> None:
         if section != self._section:

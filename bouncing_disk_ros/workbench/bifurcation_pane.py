@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import html
 import math
-import time
 from collections.abc import Callable, Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -143,6 +142,7 @@ _ABOUT = (
 )
 
 Values = Callable[[], Mapping[str, float]]
+Drawn = tuple[Diagram, tuple[Image, Image]]
 
 
 class BifurcationPane(TabPane):
@@ -272,23 +272,16 @@ class BifurcationPane(TabPane):
         self, restitution: float, begin: float, end: float, low: float, high: float,
         is_obsolete: IsObsolete,
     ) -> None:  # fmt: skip
-        """In the thread of the diagrams: a coarse one first."""
-        clock = time.perf_counter()
-        for count in (COARSE, FULL):
-            found = diagram(restitution, begin, end, count, is_obsolete)
-            if found is None:
-                return
-            both = images(found, low, high)
-            spent = time.perf_counter() - clock
-            self._deliver(
-                lambda found=found, both=both, spent=spent: self._show(  # type: ignore[misc]
-                    found, both, (low, high), spent
-                )
-            )
+        """In the thread of the diagrams."""
 
-    def _show(
-        self, found: Diagram, both: tuple[Any, Any], phases: tuple[float, float], spent: float
-    ) -> None:
+        def drawn(count: int) -> Drawn | None:
+            found = diagram(restitution, begin, end, count, is_obsolete)
+            return None if found is None else (found, images(found, low, high))
+
+        self._refine((COARSE, FULL), drawn, partial(self._show, (low, high)))
+
+    def _show(self, phases: tuple[float, float], drawn: Drawn, spent: float) -> None:
+        found, both = drawn
         if self._section is None or found.restitution != self._section.restitution:
             return  # of parameters that are no longer in force
         place, before = (*found[:3], *phases), self._shown

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.bounded import Newest, NewestRows
-from bouncing_disk_ros.core.model import ImpactKind, Motion, MotionInForce
+from bouncing_disk_ros.core.model import Motion, MotionInForce
 from bouncing_disk_ros.parameters import Value
+from bouncing_disk_ros.report.section import single_impacts
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.units import NS
 
@@ -132,7 +133,7 @@ class RunHistory:
 
     def add_impacts(self, rows: NDArray[np.void]) -> None:
         """Add rows of IMPACT_DTYPE; those that stand for one impact each are points."""
-        single = rows[(rows["kind"] == ImpactKind.IMPACT) & (rows["count"] == 1)]
+        single = rows[single_impacts(rows)]
         points = np.zeros(len(single), POINT_DTYPE)
         points["time"], points["forcing_phase"] = single["time"], single["forcing_phase"]
         points["velocity"] = single["axial_impact_velocity"]

@@ -59,10 +59,9 @@ def _lies_still(scene: Scene) -> float:
 def _settled_speed(scene: Scene) -> float:
     """The speed of the rotor after the programme, rad/s: over the last second, whole periods."""
     programme = next(action.programme for action in scene.after if isinstance(action, Perform))
-    samples = simulate(
+    angles = simulate(
         30.0, sample_rate=10.0, programme=programme, **_keywords(scene)
-    ).samples  # fmt: skip
-    angles = math.tau * samples["turns"] + samples["angle"]
+    ).unwrapped_angle  # fmt: skip
     return float(angles[-1] - angles[-11]) / 1.0
 
 

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Any
+from functools import partial
+from typing import Any, TypeVar
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.workbench.latest_work import LatestWork
+
+Found = TypeVar("Found")
 
 
 def on_next_tick(document: Any, callback: Callable[[], None]) -> None:
@@ -21,8 +25,8 @@ def on_next_tick(document: Any, callback: Callable[[], None]) -> None:
 class TabPane(ABC):
     """Asks for its figure once after any number of changes of ranges, width or parameters.
 
-    Attribute `layout` is set by the pane, which begins to compute once a browser shows it. All
-    methods are for the thread of its document.
+    Attribute `layout` is set by the pane, which begins to compute once a browser shows it. `plot`
+    is the figure whose ranges are the window. All methods are for the thread of its document.
     """
 
     layout: Any
@@ -31,7 +35,7 @@ class TabPane(ABC):
         """`works`: the threads that compute for it."""
         self._works = works
         self._asked = False
-        self._plot: Any = None  # whose ranges are the window
+        self.plot: Any = None
         self._is_placed = False  # whether the window was asked for
 
     @abstractmethod
@@ -45,14 +49,14 @@ class TabPane(ABC):
     @property
     def ends(self) -> tuple[float, ...]:
         """Ends of the axes of its figure, across and up; empty: it has none."""
-        if self._plot is None:
+        if self.plot is None:
             return ()
-        across, up = self._plot.x_range, self._plot.y_range
+        across, up = self.plot.x_range, self.plot.y_range
         return across.start, across.end, up.start, up.end
 
     def show_window(self, ends: Sequence[float]) -> None:
         """Show what lies between these `ends`; InputError, and nothing changes, where it cannot."""
-        axes = () if self._plot is None else (self._plot.x_range, self._plot.y_range)
+        axes = () if self.plot is None else (self.plot.x_range, self.plot.y_range)
         pairs = [tuple(ends[:2]), tuple(ends[2:])]
         bounds = [axis.bounds for axis in axes]
         fit = [low <= a < b <= high for (a, b), (low, high) in zip(pairs, bounds, strict=False)]
@@ -70,7 +74,7 @@ class TabPane(ABC):
 
     def _watch(self, plot: Any) -> None:
         """Take notice of a figure's ranges, and of its width, which comes once it is shown."""
-        self._plot = plot
+        self.plot = plot
         for axis in (plot.x_range, plot.y_range):
             axis.on_change("start", self._on_change)
             axis.on_change("end", self._on_change)
@@ -85,6 +89,22 @@ class TabPane(ABC):
     def _ask_once(self) -> None:
         self._asked = False
         self._ask()
+
+    def _refine(
+        self,
+        sizes: Sequence[int],
+        compute: Callable[[int], Found | None],
+        show: Callable[[Found, float], None],
+    ) -> None:
+        """In a thread: compute a figure of each size, coarse ones first, and have it shown.
+
+        `compute` gives None where it is obsolete; `show` is told how long it took, s.
+        """
+        begin = time.perf_counter()
+        for size in sizes:
+            if (found := compute(size)) is None:
+                return
+            self._deliver(partial(show, found, time.perf_counter() - begin))
 
     def _deliver(self, callback: Callable[[], None]) -> None:
         """From a thread: let the document's thread call back."""
