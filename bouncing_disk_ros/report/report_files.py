@@ -1,4 +1,4 @@
-"""The files of a report: their names, and the mark by which a report knows its own files.
+"""The files of a report or a fit: their names, and the marks by which they are known.
 
 Nothing of others is overwritten.
 """
@@ -10,20 +10,24 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.folders import user_path
 
 MARK = "bouncing_disk_ros bag_report"
-
-
+PRESET_MARK, TABLE_MARK = "# fitted by fit_impacts to ", "time,error,level\n"
+"""Begins of presets and of tables of hits."""
 FORMATS = ("html", "png", "pdf", "svg")
 
 
-def targets(bag: str, output: str | None, kinds: Iterable[str]) -> list[Path]:
-    """The files to write: BAG_report.KIND beside the bag, in a folder OUTPUT, or OUTPUT.KIND."""
-    source = Path(bag).absolute()
-    name = f"{source.name.removesuffix('.mcap')}_report"
-    stem = source.parent / name
-    if output is not None:
-        given = Path(output).expanduser()
+def targets(
+    source: str, output: str | None, kinds: Iterable[str], what: str = "report"
+) -> list[Path]:
+    """Files to write: SOURCE_WHAT.KIND beside the source, in a folder OUTPUT, or OUTPUT.KIND."""
+    path = user_path(source).absolute()
+    is_file = path.is_file() or path.suffix == ".mcap"
+    name = f"{path.stem if is_file else path.name}_{what}"
+    stem = path.parent / name
+    if output:
+        given = user_path(output)
         if given.is_dir() or output.endswith(os.sep):
             stem = given / name
         else:
@@ -32,8 +36,10 @@ def targets(bag: str, output: str | None, kinds: Iterable[str]) -> list[Path]:
 
 
 def check_ours(files: Iterable[Path]) -> None:
-    """InputError where a file stands that no report has made."""
+    """InputError where a file stands that this package has not made."""
+    marks = [mark.encode() for mark in (MARK, PRESET_MARK, TABLE_MARK)]
     for file in files:
-        if file.is_dir() or (file.is_file() and MARK.encode() not in file.read_bytes()):
-            allowed = "a new file, or one that bag_report has made"
+        content = file.read_bytes() if file.is_file() else b""
+        if file.is_dir() or (file.is_file() and not any(mark in content for mark in marks)):
+            allowed = "a new file, or one that this command has made"
             raise InputError("output", str(file), allowed, "Move it, or give another OUTPUT.")
