@@ -64,6 +64,11 @@ def home() -> Path | None:
     return Path(os.environ["HOME"]) if os.environ.get("HOME") else None
 
 
+def user_path(text: str | Path) -> Path:
+    """Return a path, `~` being the home folder; a name such as ~draft.csv is that of a file."""
+    return Path(os.path.expanduser(text))  # noqa: PTH111 (that of pathlib fails for such a name)
+
+
 def made_writable(folder: Path) -> bool:
     """Return whether files can be made in `folder`, which is created if need be."""
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import stat
@@ -91,8 +92,7 @@ def replaced(file: Path, write: Callable[[Path], object], field: str = "output")
         passing.unlink(missing_ok=True)
         passing.touch(exist_ok=False)  # a new file: no link is followed
     except OSError as error:
-        allowed = "a file in a folder that can be written to"
-        raise InputError(field, str(file), allowed, f"{error.strerror}.") from None
+        raise not_made(field, file, "a file in a folder that can be written to", error) from None
     try:
         write(passing)
         passing.replace(file)
@@ -100,6 +100,19 @@ def replaced(file: Path, write: Callable[[Path], object], field: str = "output")
         raise FailedError(f"{file} cannot be written: {error.strerror or error}") from None
     finally:
         passing.unlink(missing_ok=True)
+
+
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""What the system says of a disk, or a share of it, that is full."""
+
+
+def not_made(
+    field: str, path: Path, allowed: str, error: OSError | ValueError
+) -> InputError | FailedError:
+    """The error of a file or folder that cannot be made: of its name, unless the disk is full."""
+    if isinstance(error, OSError) and error.errno in _FULL:
+        return FailedError(f"{path} cannot be written: {_reason(error)}")
+    return InputError(field, str(path), allowed, f"{_reason(error)}.")
 
 
 def _reason(error: OSError | ValueError) -> str:

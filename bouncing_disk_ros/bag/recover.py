@@ -29,7 +29,7 @@ from bouncing_disk_ros.bag.source import index_of
 from bouncing_disk_ros.bag.walk import Damage, Piece, Walk, record_name
 from bouncing_disk_ros.bag.writer import McapFile
 from bouncing_disk_ros.errors import BagError, InputError
-from bouncing_disk_ros.regular_file import RegularFile
+from bouncing_disk_ros.regular_file import RegularFile, not_made
 
 MOST_LINES = 200
 """Damages that are listed one by one."""
@@ -77,7 +77,7 @@ def recover(bag: str | Path, output: str | Path | None = None, watch: Watch = no
 
     `watch` is called now and then with the bytes passed and the bytes of the file. Raises
     InputError when there is no such bag or the new folder cannot be made, BagError when a file is
-    not a bag (nothing is left behind then), OSError when the disk is full.
+    not a bag (nothing is left behind then), OSError or FailedError when the disk is full.
 
     >>> bag.recover("run_1")
     """
@@ -88,8 +88,7 @@ def recover(bag: str | Path, output: str | Path | None = None, watch: Watch = no
         folder.mkdir(parents=True)
     except (OSError, ValueError) as error:
         allowed = "the name of a new folder, where files can be made"
-        why = (error.strerror if isinstance(error, OSError) else None) or str(error)
-        raise InputError("output", str(folder), allowed, f"{why}.") from None
+        raise not_made("output", folder, allowed, error) from None
     try:
         return _recovered(found, folder, watch)
     except (BagError, InputError):

@@ -55,7 +55,7 @@ from bouncing_disk_ros.bag.records import (
 )
 from bouncing_disk_ros.bag.schema import ENCODING, schema_of
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.regular_file import RegularFile
+from bouncing_disk_ros.regular_file import RegularFile, not_made
 from bouncing_disk_ros.units import NS
 
 
@@ -341,6 +341,8 @@ class McapFile:
 class Writer:
     """Writer of one bag. InputError: the folder cannot be made; WriteError: the disk is full.
 
+    FailedError: it is full from the beginning.
+
     `notes` are texts that go into metadata.yaml (custom_data) and into every file.
     """
 
@@ -371,8 +373,7 @@ class Writer:
             self._begin_file()
         except OSError as error:
             allowed = "the name of a new folder, where files can be made"
-            why = error.strerror or str(error)
-            raise InputError("output", str(self.folder), allowed, f"{why}.") from None
+            raise not_made("output", self.folder, allowed, error) from None
 
     # --- content ----------------------------------------------------------------------------------
     def add_topic(

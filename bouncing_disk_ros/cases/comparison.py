@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from bouncing_disk_ros.cases.files import QUANTITIES, ReferenceCase, reference_case
 from bouncing_disk_ros.errors import InputError, closest, counted
 from bouncing_disk_ros.field_checks import numbers
+from bouncing_disk_ros.folders import user_path
 from bouncing_disk_ros.parsing import number_of, read_table
 
 if TYPE_CHECKING:
@@ -147,7 +148,7 @@ def compare_with_case(
 def _columns(theirs: object) -> Columns:
     """The columns that are known, of one length, in the order of time."""
     if isinstance(theirs, (str, Path)):
-        given: Mapping[str, Any] = _read(Path(theirs).expanduser())
+        given: Mapping[str, Any] = _read(user_path(theirs))
     elif isinstance(theirs, Mapping):
         given = theirs
     elif isinstance(theirs, np.ndarray) and theirs.dtype.names:

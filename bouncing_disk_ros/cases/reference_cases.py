@@ -6,10 +6,10 @@ import argparse
 import importlib.util
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from bouncing_disk_ros.command_line.start import Start
 from bouncing_disk_ros.errors import ExitCode, MissingLibraryError
+from bouncing_disk_ros.folders import user_path
 from bouncing_disk_ros.kernel_cache import announce_compilation
 
 NAME = "reference_cases"
@@ -40,7 +40,7 @@ def _run(start: Start, given: argparse.Namespace) -> int:
     if given.write:
         if importlib.util.find_spec("flint") is None:
             raise MissingLibraryError("--write", "python-flint")
-        target = Path(given.write).expanduser()
+        target = user_path(given.write)
         target.mkdir(parents=True, exist_ok=True)
         for case in cases:
             for path in write(target, case.case):

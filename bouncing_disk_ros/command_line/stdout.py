@@ -24,12 +24,27 @@ class _Pipe(io.FileIO):
             return memoryview(data).nbytes
 
 
+def _open_closed_streams() -> None:
+    """Let standard streams that were closed (`2>&-`) lead nowhere.
+
+    Else the next files get their numbers, and what libraries print goes into them.
+    """
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # gets the lowest number that is free
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(number, "w" if number else "r", closefd=False))
+
+
 def prepare_stdout() -> None:
-    """Let stdout take any text and outlive its reader.
+    """Let stdout take any text and outlive its reader; all standard streams are open then.
 
     Letters that the terminal's encoding lacks are shown as escapes, as on stderr. What is written
     to a pipe whose reader has gone is dropped: the work goes on and its files are written.
     """
+    _open_closed_streams()
     out = sys.stdout
     if not isinstance(out, io.TextIOWrapper):
         return  # captured

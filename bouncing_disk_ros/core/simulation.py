@@ -191,6 +191,7 @@ class Simulation:
             if target < boundary:
                 break
             self._act(parts)
+            max_events -= 1  # it may have brought about a row, at which the caller is to stop
         return join_rows(parts), behind
 
     def _boundary_ns(self) -> int:

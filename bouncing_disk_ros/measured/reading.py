@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.field_checks import numbers
+from bouncing_disk_ros.folders import user_path
 from bouncing_disk_ros.parsing import number_of, read_table
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ def recording_of(
     if not isinstance(source, (str, Path)):
         _refuse_idle("a file", column=column, namespace=namespace)
         return checked("times", _numbers(source), None, 0.0)
-    path = Path(source).expanduser()
+    path = user_path(source)
     suffix = path.suffix.lower()
     if path.is_dir() or suffix == ".mcap":
         _refuse_idle("a text", column=column)

@@ -21,6 +21,7 @@ from bouncing_disk_ros.measured.profiles import LEVEL, Array, Interval, Profiles
 from bouncing_disk_ros.measured.settled_flights import told_by
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.regular_file import replaced
+from bouncing_disk_ros.report.report_files import PRESET_MARK
 from bouncing_disk_ros.run.presets import PRESET_KEY
 
 if TYPE_CHECKING:
@@ -194,7 +195,7 @@ class ImpactFit:
         """Write the preset as a YAML file, for `preset:=FILE`. Raises InputError as `preset`."""
         content = yaml.safe_dump({PRESET_KEY: {"ros__parameters": self.preset}}, sort_keys=False)
         doubt = f"\n# {self.doubt}" if self.doubt else ""
-        text = f"# fitted by fit_impacts to {one_line(self.name)}{doubt}\n{content}"
+        text = f"{PRESET_MARK}{one_line(self.name)}{doubt}\n{content}"
         replaced(Path(file), lambda path: path.write_text(text, "utf-8"))
 
 

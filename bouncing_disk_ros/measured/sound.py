@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.distributions import chi_square_quantile, normal_quantile
 from bouncing_disk_ros.errors import InputError, MissingLibraryError
+from bouncing_disk_ros.folders import user_path
 from bouncing_disk_ros.measured.alignment import FEWEST, aligned
 from bouncing_disk_ros.measured.echoes import without_echoes
 from bouncing_disk_ros.measured.filters import filtered, highest, running_maximum, spectra
@@ -93,7 +94,7 @@ def impact_times(file: str | Path) -> ImpactSound:
 
     >>> fit_impacts(impact_times("drop.wav").times)
     """
-    path = Path(file).expanduser()
+    path = user_path(file)
     samples, rate, least = _samples(path)
     found = [_heard(path.name, one, rate, least) for one in samples.T]
     best = max(found, key=lambda one: float(one.levels.sum()) if one else 0.0)

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from bouncing_disk_ros.errors import counted
 from bouncing_disk_ros.measured.sound import ImpactSound
 from bouncing_disk_ros.report.panel import Panel, Series, SeriesStyle, series
+from bouncing_disk_ros.report.report_files import TABLE_MARK
 
 
 def sound_panel(sound: ImpactSound, rejected: ArrayLike = ()) -> Panel:
@@ -50,4 +51,4 @@ def sound_text(sound: ImpactSound) -> str:
     """A table with a line for each hit: time and error in s, level in dB."""
     rows = zip(sound.times, sound.errors, sound.levels, strict=True)
     lines = [f"{time:.7f},{error:.2e},{level:.1f}" for time, error, level in rows]
-    return "\n".join(["time,error,level", *lines, ""])
+    return TABLE_MARK + "\n".join([*lines, ""])

@@ -23,11 +23,12 @@ from bouncing_disk_ros.ros.node_tool import options, publishing_nodes, wait_for
 from bouncing_disk_ros.ros.qos import publisher_of, subscription_to
 from bouncing_disk_ros.ros.to_messages import programme_to_msg, trajectory_to_msg
 from bouncing_disk_ros.run.command_validation import ProgrammeRequest
+from bouncing_disk_ros.run.gates import Lockstep
 from bouncing_disk_ros.run.programmes import FIRST_TOSS, load_programme, requests_of, start_of
 from bouncing_disk_ros.run.time_map import TimeMap, nanoseconds
 from bouncing_disk_ros.units import NS
 
-ASKED = ("real_time_factor", "crossfade_duration", "publish_clock", *Disk._fields)
+ASKED = ("real_time_factor", "crossfade_duration", "publish_clock", "lockstep", *Disk._fields)
 """Parameters of the simulator: when a stamp acts, and which disk a programme is for."""
 PATIENCE = 5.0
 """Seconds by which a simulator may be late before it counts as not obeying."""
@@ -142,7 +143,7 @@ class Performer(Node):
 
     def _settings(self, stop: Stop) -> dict[str, Value]:
         """What the simulator says about its time and disk; real time when it does not answer."""
-        settings: dict[str, Value] = dict(zip(ASKED, (1.0, 0.0, False), strict=False))
+        settings: dict[str, Value] = dict(zip(ASKED, (1.0, 0.0, False, Lockstep.OFF), strict=False))
         wait_for(self, stop, self._simulator, PATIENCE)
         name = self._simulator() or "the simulator"
         if name.startswith("/") and not stop.asked:
@@ -168,7 +169,12 @@ class Performer(Node):
         return answered(future.result().values)
 
     def _refuse_unsuitable(self, settings: Mapping[str, Value]) -> None:
-        """Situations in which no stamp could be right."""
+        """Situations in which no stamp could be right, or nothing would move."""
+        if settings["lockstep"] != Lockstep.OFF:
+            raise FailedError(
+                "the simulator is in lockstep: it would wait for a controller that announces the "
+                "programme; let one of them send it, or set lockstep to off"
+            )
         if float(settings["real_time_factor"]) == 0.0:
             raise FailedError(
                 "the simulator runs as fast as it can: set its real_time_factor to 1, or use "

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import counted
 from bouncing_disk_ros.report.recorded_offset import Offsets, axial_offset
-from bouncing_disk_ros.report.section import single_impacts
+from bouncing_disk_ros.report.section import rows_of, single_impacts
 from bouncing_disk_ros.scalar_search import root_between
 
 Column = NDArray[np.float64]
@@ -202,7 +202,7 @@ def platform_velocities(rows: NDArray[np.void], motion: Motion, offsets: Offsets
     >>> record = read_run("run_1")
     >>> platform_velocities(record.rows, record.motion, record.offsets)
     """
-    omega = math.tau * motion.frequency
+    rows, omega = rows_of(rows), math.tau * motion.frequency
     velocities: Column = motion.axial_amplitude * omega * np.cos(rows["forcing_phase"])
     return velocities + axial_offset(rows["time"], offsets, 1) if offsets else velocities
 
@@ -224,6 +224,7 @@ def restitution_of(
     """
     if (platform_velocity is None) == (mass is None):
         raise ValueError("give either platform_velocity or mass")
+    rows = rows_of(rows)
     fall = -rows["axial_impact_velocity"]
     if platform_velocity is not None:
         y = rows["axial_velocity"] - platform_velocity
@@ -251,6 +252,7 @@ def friction_of(rows: NDArray[np.void], disk: Disk) -> Estimate:
     >>> record = read_run("run_1")
     >>> friction_of(record.rows, record.disk)
     """
+    rows = rows_of(rows)
     use = single_impacts(rows)
     for name in ("axial_impulse", "angular_impulse", "angular_impact_velocity"):
         use &= np.isfinite(rows[name])

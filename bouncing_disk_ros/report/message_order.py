@@ -29,7 +29,10 @@ def in_order_of_sending(messages: Iterable[Message]) -> Iterator[Message]:
     held = 0
     for counter, message in enumerate(messages):
         sent = min(message.publish_time_ns or message.log_time_ns, message.log_time_ns)
-        sent = latest[message.topic] = max(sent, latest.get(message.topic, 0))
+        before = latest.get(message.topic, 0)
+        if sent < before - WINDOW_NS:  # its clock was set back, or another node sent it long ago
+            sent = message.log_time_ns
+        sent = latest[message.topic] = max(sent, before)
         heapq.heappush(waiting, (sent, counter, message))
         held += len(message.data) + _OVERHEAD
         # latched messages may have been sent long ago, and come in any order

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.core.model import Disk, ImpactKind, Motion
 from bouncing_disk_ros.report.estimate import Estimate
+from bouncing_disk_ros.report.section import rows_of
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.report.stability import Path
@@ -90,6 +91,7 @@ def orbit_of(
 
     >>> orbit_of(simulate(60.0, preset="pizza_multiple_toss").impacts).name
     """
+    rows = rows_of(rows)
     gaps = np.flatnonzero(np.diff(rows["index"]) != 1.0)
     rows = rows[gaps[-1] + 1 :] if len(gaps) else rows
     path = _path(rows, motion, disk)

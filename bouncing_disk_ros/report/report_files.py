@@ -1,4 +1,4 @@
-"""The files of a report: their names, and the mark by which an executable knows its own files.
+"""The files of a report or a fit: their names, and the marks by which they are known.
 
 Nothing of others is overwritten.
 """
@@ -10,18 +10,23 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.folders import PACKAGE
+from bouncing_disk_ros.folders import PACKAGE, user_path
 
+PRESET_MARK, TABLE_MARK = "# fitted by fit_impacts to ", "time,error,level\n"
+"""Begins of presets and of tables of hits."""
 FORMATS = ("html", "png", "pdf", "svg")
 
 
-def targets(bag: str, output: str | None, kinds: Iterable[str]) -> list[Path]:
-    """The files to write: BAG_report.KIND beside the bag, in a folder OUTPUT, or OUTPUT.KIND."""
-    source = Path(bag).absolute()
-    name = f"{source.name.removesuffix('.mcap')}_report"
-    stem = source.parent / name
-    if output is not None:
-        given = Path(output).expanduser()
+def targets(
+    source: str, output: str | None, kinds: Iterable[str], what: str = "report"
+) -> list[Path]:
+    """Files to write: SOURCE_WHAT.KIND beside the source, in a folder OUTPUT, or OUTPUT.KIND."""
+    path = user_path(source).absolute()
+    is_file = path.is_file() or path.suffix == ".mcap"
+    name = f"{path.stem if is_file else path.name}_{what}"
+    stem = path.parent / name
+    if output:
+        given = user_path(output)
         if given.is_dir() or output.endswith(os.sep):
             stem = given / name
         else:
@@ -30,14 +35,15 @@ def targets(bag: str, output: str | None, kinds: Iterable[str]) -> list[Path]:
 
 
 def mark_of(maker: str) -> str:
-    """The text in each file that the executable `maker` has made."""
+    """The text in each page and picture that the executable `maker` has made."""
     return f"{PACKAGE} {maker}"
 
 
 def check_ours(files: Iterable[Path], maker: str) -> None:
     """InputError where a file stands that the executable `maker` has not made."""
-    mark = mark_of(maker).encode()
+    marks = [mark.encode() for mark in (mark_of(maker), PRESET_MARK, TABLE_MARK)]
     for file in files:
-        if file.is_dir() or (file.is_file() and mark not in file.read_bytes()):
+        content = file.read_bytes() if file.is_file() else b""
+        if file.is_dir() or (file.is_file() and not any(mark in content for mark in marks)):
             allowed = f"a new file, or one that {maker} has made"
             raise InputError("output", str(file), allowed, "Move it, or give another OUTPUT.")

@@ -6,9 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, ImpactKind, Motion
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.scales import velocity_scale
 
 Rows = NDArray[np.void]
+
+
+def rows_of(given: object) -> Rows:
+    """Rows of IMPACT_DTYPE as they were given; InputError for a frame, which has rows by labels."""
+    if isinstance(given, np.ndarray) and given.dtype.names:
+        return given
+    hint = "frame.to_records(index=False) makes one of a frame."
+    allowed = "an array of IMPACT_DTYPE, such as read_run(...).rows"
+    raise InputError("rows", type(given).__name__, allowed, hint)
 
 
 def single_impacts(rows: Rows) -> NDArray[np.bool_]:

@@ -101,7 +101,7 @@ class RunControl:
         self.gates = gates
         self._released: deque[HeldInput] = deque()  # inputs of an open gate, not applied
         if gates is not None:
-            self._begin_gates(gates)
+            self._close_gate(gates)
 
     # --- time -------------------------------------------------------------------------------------
     def _line_through(self, simulated_ns: int, ros_ns: int) -> TimeMap:
@@ -239,31 +239,22 @@ class RunControl:
         return self.session.time_ns >= until_ns
 
     def _apply_inputs(self, gates: Gates) -> bool:
-        """Apply the inputs of the gate that was opened, for one slice; whether time may move on.
-
-        An impact that they bring about at once closes the next gate.
-        """
-        if not self._released:
-            return True
+        """Apply the inputs of the gate that was opened, for one slice; whether time may move on."""
         end_ns = time.thread_time_ns() + TURN_NS
         while self._released:
             if time.thread_time_ns() >= end_ns:
                 return False
             self._released.popleft().act()
-        if self._lockstep is Lockstep.IMPACT and self.session.simulation.rows_total > gates.rows:
-            self.loop.flush()
-            self._close_gate(gates)
+        self._renew_gate()
         return not gates.is_closed
 
-    def _begin_gates(self, gates: Gates) -> None:
-        """Close the first gate of a series, once all that is due at its instant has been published.
+    def _close_gate(self, gates: Gates) -> None:
+        """Close the next gate, once all that is due at its instant has been published.
 
-        What came out later would be heard at a gate that does not count it.
+        What came out later would be heard at a gate that does not count it, or not before time goes
+        on, though the gate counts it.
         """
         self.session.resolve_present()
-        self._close_gate(gates)
-
-    def _close_gate(self, gates: Gates) -> None:
         self.loop.finish_samples()
         self.loop.flush()
         self._publish_work()
@@ -281,10 +272,12 @@ class RunControl:
             self.tick(time.monotonic_ns())
 
     def _renew_gate(self) -> None:
-        """Replace a gate that counts too few rows: a service has brought more about."""
+        """Close a gate for rows that none counts: inputs or a service have brought them about."""
         gates = self.gates
-        rows = self.session.simulation.rows_total
-        if gates is not None and gates.is_closed and rows > gates.rows:
+        if gates is None or self._released:
+            return
+        is_due = gates.is_closed or self._lockstep is Lockstep.IMPACT
+        if is_due and self.session.simulation.rows_total > gates.rows:
             self._close_gate(gates)
 
     @property
@@ -424,7 +417,7 @@ class RunControl:
             for held in dropped:
                 refused = InputError(held.topic, "an input before the reset", "inputs after it")
                 self._refuse(refused)
-            self._begin_gates(self.gates)
+            self._close_gate(self.gates)
         return "reset" + self._at
 
     @property

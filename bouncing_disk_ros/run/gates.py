@@ -62,6 +62,7 @@ class Controller:
     inputs: int | None = None  # that it has announced; None: it has not answered
     is_restarted: bool = False  # since the last gate was opened
     doubled: int = 0  # publishers when two of them answered by turns; 0: they did not
+    answered: int = -1  # the newest gate with an answer that counts
 
     def hear(self, publisher: int) -> tuple[bool, bool]:
         """Take a publisher; whether it is another one than before, and spoke earlier."""
@@ -100,6 +101,7 @@ class Gates:
         self.timeout_ns = timeout_ns
         self.number, self.rows, self._time_ns = -1, 0, 0
         self.is_closed = False
+        self._first = 0  # of the gates since one was opened: the others were replaced
         self._publishers, self._announce, self._warn = publishers, announce, warn
         self._closed_ns = self._asked_ns = 0
         self._controllers = {number: Controller() for number in sorted(controllers)}
@@ -121,6 +123,8 @@ class Gates:
         """
         if self.is_closed:
             self._announced_before = self._announced
+        else:
+            self._first = self.number + 1
         self.number, self.rows, self._time_ns = self.number + 1, rows, time_ns
         self.is_closed, self._closed_ns, self._asked_ns = True, now_ns, now_ns
         self._reported = set()
@@ -176,9 +180,10 @@ class Gates:
     def answer(self, values: Iterable[int], number: int | None = None) -> None:
         """An answer [controller, gate, inputs], `number` as its publisher counts.
 
-        InputError for one that is none, or can never come true. One to an earlier gate changes
-        nothing; of several to this one the first holds, unless another publisher sends it: that is
-        the controller, started again.
+        InputError for one that is none, or can never come true. One to a closed gate changes
+        nothing. One that was on its way when its gate was replaced counts at the new one. Of
+        several to one gate the first holds, unless another publisher sends it: that is the
+        controller, started again.
         """
         given = list(values)
         if len(given) != 3:
@@ -190,11 +195,14 @@ class Gates:
             raise InputError(f"{FIELD} controller", name, f"one in lockstep_controllers: {listed}")
         is_new = number is not None and self._is_new(controller, number)
         self._check(controller, gate, inputs)
-        if gate != self.number or not self.is_closed:
+        if gate < self._first or not self.is_closed:
             return
         controller.is_restarted |= is_new
-        if is_new or number is None or controller.inputs is None:
+        if gate < self.number:
+            self._announced_before += inputs if gate > controller.answered else 0
+        elif is_new or number is None or controller.inputs is None:
             controller.inputs = inputs
+        controller.answered = max(gate, controller.answered)
 
     def _is_new(self, controller: Controller, number: int) -> bool:
         """Whether another publisher than before speaks for a controller; two by turns are noted."""

@@ -8,7 +8,7 @@ from typing import Any
 
 from bouncing_disk_ros import limits, parameters
 from bouncing_disk_ros.errors import InputError, closest
-from bouncing_disk_ros.folders import share_directory
+from bouncing_disk_ros.folders import share_directory, user_path
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.parsing import read_yaml
 from bouncing_disk_ros.regular_file import read_text
@@ -21,7 +21,7 @@ def named_file(
     if not isinstance(name, str):
         raise InputError(field, name, "a name, or the path of a file")
     if "/" in name or name.endswith((".yaml", ".yml")):
-        return Path(name).expanduser()
+        return user_path(name)
     path = folder() / f"{name}.yaml"
     if not path.is_file():
         known = names()

@@ -15,7 +15,6 @@ import threading
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.command_line.environment import ros_is_here
@@ -23,6 +22,7 @@ from bouncing_disk_ros.command_line.start import Start, figure_kinds, option_val
 from bouncing_disk_ros.command_line.stop import Answer, Stop
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.executables import loaded
+from bouncing_disk_ros.folders import user_path
 from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.regular_file import replaced
@@ -144,7 +144,7 @@ class StudyWork:
         self._study = definition.make(own)
         definition.refuse_idle(values)  # of what the user has set, not of a preset or a bag
         folder = str(values["output"]) or _default_folder(self._name, self._study.parameters)
-        self._folder = Path(folder).expanduser()
+        self._folder = user_path(folder)
         self._netcdf = bool(values["netcdf"]) and self._has_netcdf()
         self._progress: Progress | None = None
         self._told = time.monotonic()

@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.regular_file import not_made
 
 _AS_IT_IS = os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
 """Open what stands there itself: no link is followed, no FIFO waited for."""
@@ -34,8 +35,7 @@ def exclusive_lock(path: Path) -> Iterator[str]:
         lock.parent.mkdir(parents=True, exist_ok=True)
         descriptor = os.open(lock, os.O_CREAT | os.O_RDWR | _AS_IT_IS, 0o666)
     except OSError as error:
-        allowed = "a folder that can be written"
-        raise InputError("output", str(path), allowed, str(error)) from error
+        raise not_made("output", path, "a folder that can be written", error) from error
     try:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -21,6 +21,7 @@ from typing import Any, NamedTuple, Protocol
 import xarray as xr
 from tqdm import tqdm
 
+import bouncing_disk_ros
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.folders import PACKAGE
 from bouncing_disk_ros.niceness import give_way
@@ -155,8 +156,9 @@ def _run(
                 stored = _in_order(study, store, context, regions, stopped)
             else:
                 executor, count = ending.enter_context(_executor(workers, scheduler))
+                claim = Claim(str(store.path.resolve()), token, bouncing_disk_ros.__version__)
                 work = (
-                    partial(compute_region, study, context, str(store.path.resolve()), token)
+                    partial(compute_region, study, context, claim)
                     if scheduler
                     else partial(compute_here, study, context, store, Semaphore(workers))
                 )
@@ -236,14 +238,26 @@ def compute_here(
     store.put(region, arrays)
 
 
-def compute_region(
-    study: Study, context: Arrays, path: str, token: str, region: Region
-) -> Arrays | None:
-    """Work for any process: it stores what it computes if it can read the claim of the run."""
+class Claim(NamedTuple):
+    """Claim of a run on a store: its path, what is in its lock, and the version of the package."""
+
+    path: str
+    token: str
+    version: str
+
+
+def compute_region(study: Study, context: Arrays, claim: Claim, region: Region) -> Arrays | None:
+    """Work for any process: it stores what it computes if it can read the claim of the run.
+
+    InputError in a process with another version, which may compute other numbers.
+    """
+    if (mine := bouncing_disk_ros.__version__) != claim.version:
+        allowed = f"workers with version {claim.version}"
+        raise InputError("scheduler", f"a worker with version {mine}", allowed)
     arrays = study.compute(region, context, None)
-    if token_of(path) != token:
+    if token_of(claim.path) != claim.token:
         return arrays
-    put(path, study, region, arrays)
+    put(claim.path, study, region, arrays)
     return None
 
 

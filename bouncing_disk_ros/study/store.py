@@ -33,7 +33,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.executables import STUDIES
 from bouncing_disk_ros.folders import PACKAGE
 from bouncing_disk_ros.limits import RESULT_ARRAYS, RESULT_CHUNK, RESULT_CHUNKS, RESULT_METADATA
-from bouncing_disk_ros.regular_file import read_bytes
+from bouncing_disk_ros.regular_file import not_made, read_bytes
 from bouncing_disk_ros.study.by_name import definition_of
 from bouncing_disk_ros.study.computation import Arrays, Field, Region, Study
 
@@ -60,6 +60,10 @@ _METADATA = "zarr.json"
 _DEEPEST = 8
 _ALL_CHUNKS = {"write_empty_chunks": True}
 _UNCHECKED = "made by an earlier version without checksums: damage in it cannot be seen"
+_OTHER_NUMBERS = (
+    "was made by an earlier version, which computed other numbers: they are shown as they are; "
+    "remove it to compute them anew"
+)
 _SHOWN = 5
 """Damaged parts that a line names."""
 
@@ -223,7 +227,7 @@ class Store:
     """The growing result of one study in a folder; a region is marked after it was written.
 
     `note`: what the user is to know of a store that was there: damaged parts that are computed
-    anew, missing checksums; '' else.
+    anew, missing checksums, numbers of an older revision; '' else.
     """
 
     def __init__(self, path: Path, study: Study) -> None:
@@ -233,9 +237,7 @@ class Store:
             # a link that leads nowhere counts as something that is there
             self._group = self._opened() if os.path.lexists(path) else self._made()
         except OSError as error:
-            raise InputError("output", str(path), "a folder that can be written", str(error)) from (
-                error
-            )
+            raise not_made("output", path, "a folder that can be written", error) from error
         self._opened_arrays: dict[str, zarr.Array] = {}
         self._done: NDArray[np.uint8] = np.asarray(self._group[DONE][:])
 
@@ -258,6 +260,7 @@ class Store:
         group = zarr.open_group(str(self.path), mode="r+")
         if older:
             if not damaged and np.all(found.arrays[DONE][:]):
+                self.note = "; ".join(filter(None, (self.note, f"{self.path} {_OTHER_NUMBERS}")))
                 return group
             raise self._refusal("a whole result", f"{_words(damaged) or 'unfinished'}: t{older}")
         for name, (field, shape, chunks) in self._arrays().items():

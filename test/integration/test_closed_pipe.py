@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -27,6 +28,15 @@ def piped(*arguments: str) -> tuple[int, str]:
 
 def test_the_overview_ends_quietly() -> None:
     assert piped() == (0, "")
+
+
+def test_closed_streams_are_no_files(tmp_path: Path, warm_kernels: None) -> None:
+    """With `2>&-` a study ended with a traceback, and the next file became stderr."""
+    arguments = ["toss_paths", "--ros-args", "-p", f"output:={tmp_path}", "-p", "figures:=none"]
+    command = shlex.join([sys.executable, "-m", "bouncing_disk_ros", *arguments])
+    shell = ["sh", "-c", f"exec {command} <&- >&- 2>&-"]
+    assert subprocess.run(shell, env=environment(), timeout=100.0, check=False).returncode == 0
+    assert (tmp_path / "result.zarr").is_dir()
 
 
 def test_a_report_is_written_all_the_same(tmp_path: Path, warm_kernels: None) -> None:

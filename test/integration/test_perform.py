@@ -121,6 +121,17 @@ def test_a_published_clock_is_asked_for(
     peer.close()
 
 
+def test_a_simulator_in_lockstep_is_left_alone(start: Starter, live: LiveSimulators) -> None:
+    """Its time stood until a reset: no controller had announced the programme."""
+    peer = Peer("locked")
+    live(peer, namespace="locked", lockstep="tick")
+    refused = start("perform", "spin_up", "--ros-args", "-r", "__ns:=/locked")
+    peer.spin_until(lambda: not refused.running)
+    assert refused.wait() == 1
+    assert "perform: the simulator is in lockstep: it would wait for a" in refused.stderr
+    peer.close()
+
+
 def test_a_simulator_that_is_not_there_is_named(capfd: pytest.CaptureFixture[str]) -> None:
     nowhere = ("--ros-args", "-p", "timeout:=0.5", "-r", "__ns:=/nowhere")
     code, out, (told,) = ends(capfd, "perform", "spin_up", *nowhere)

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 
 from bouncing_disk_ros import bag, study
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.executables import entry_point
 from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, replay_bag
 from bouncing_disk_ros.parameters import Value
@@ -112,6 +113,8 @@ def test_a_whole_store_is_opened_and_drawn(name: str, tmp_path: Path) -> None:
     assert found is not None
     assert seen[0].resumed == seen[0].total, "computed anew"
     assert found.attrs["source"] == "bouncing_disk_ros 0.2.0"
+    is_older = found.attrs["identity"]["revision"] < made.revision
+    assert ("computed other numbers" in seen[0].note) == is_older
     names = sorted(map(str, found.variables))
     values = {one: nearly(found[one].values.ravel()[:20], 8) for one in names}
     assert not differences(pinned("stores", name), digest_of(values))
@@ -122,14 +125,22 @@ def test_a_whole_store_is_opened_and_drawn(name: str, tmp_path: Path) -> None:
 
 
 def test_a_store_that_was_begun_is_resumed(tmp_path: Path) -> None:
-    made = study.named("bifurcation", **STUDIES["bifurcation"])
+    made, path = study.named("toss_map", **STUDIES["toss_map"]), unpacked("toss_map.zarr", tmp_path)
+    with pytest.warns(RuntimeWarning, match="made by an earlier version without checksums"):
+        whole = study.open_result(path).load()
+    (path / "region_done" / "c" / "1").unlink()
     seen: list[study.Progress] = []
-    found = study.run(made, unpacked("bifurcation_begun.zarr", tmp_path), on_progress=seen.append)
+    found = study.run(made, path, on_progress=seen.append)
     assert found is not None
     assert (seen[0].resumed, seen[-1].done, seen[-1].total) == (1, 2, 2)
     assert "without checksums" in seen[0].note
-    with pytest.warns(RuntimeWarning, match="made by an earlier version without checksums"):
-        whole = study.open_result(unpacked("bifurcation.zarr", tmp_path))
     for name in made.fields:
         # on another processor, last digits of what follows a logarithm or a cosine may differ
         np.testing.assert_allclose(found[name].values, whole[name].values, rtol=1e-9, atol=1e-12)
+
+
+def test_a_store_that_was_begun_with_other_numbers_is_refused(tmp_path: Path) -> None:
+    """It was continued: one result had the numbers of two versions."""
+    made = study.named("bifurcation", **STUDIES["bifurcation"])
+    with pytest.raises(InputError, match=r"unfinished: there the revision is 1, not 2"):
+        study.run(made, unpacked("bifurcation_begun.zarr", tmp_path))

@@ -89,3 +89,10 @@ def test_the_shared_files_are_those_of_the_source_tree_or_of_the_installed_prefi
     config = prefix / "share/bouncing_disk_ros/config"
     config.mkdir(parents=True)
     assert folders.share_directory() == config.parent
+
+
+def test_a_name_that_begins_with_a_tilde_is_that_of_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was a traceback: there is no user of that name."""
+    monkeypatch.setenv("HOME", "/home/me")
+    assert folders.user_path("~draft.csv") == Path("~draft.csv")
+    assert folders.user_path("~/run_1") == Path("/home/me/run_1")

@@ -20,7 +20,7 @@ from rclpy.parameter import parameter_value_to_python
 
 from bouncing_disk_ros.errors import InputError, cut
 from bouncing_disk_ros.field_checks import too_many
-from bouncing_disk_ros.folders import PACKAGE, share_directory
+from bouncing_disk_ros.folders import PACKAGE, share_directory, user_path
 from bouncing_disk_ros.limits import (
     ANSWER_BYTES,
     ASKED_NODES,
@@ -74,7 +74,7 @@ class RunParameters:
         self, node: Node, topic: str, attach: Attach, presets: Sequence[Path] = ()
     ) -> None:
         self._node, self._topic, self._attach = node, topic, attach
-        self._presets = {path.expanduser().resolve(): path for path in presets}
+        self._presets = {user_path(path).resolve(): path for path in presets}
         self._known: set[str] = set()
         self._open: dict[str, _Asked] = {}
         self._told: set[str] = set()
@@ -160,7 +160,7 @@ class RunParameters:
         """The file of a preset that a node has named, or InputError."""
         if name in preset_names():
             return share_directory() / "config" / f"{name}.yaml"
-        path = Path(name).expanduser().resolve()
+        path = user_path(name).resolve()
         if path in self._presets:
             return path
         hint = "Only presets of the package are, and files that this recorder's presets name."
@@ -204,7 +204,7 @@ def _size(content: Any) -> int:
 
 def preset_bytes(path: Path) -> bytes:
     """The content of a preset's file; InputError when it cannot be read or is no preset."""
-    path = path.expanduser()
+    path = user_path(path)
     content = read_bytes("preset", path, PRESET_BYTES)
     load_preset(str(path.absolute()))
     return content

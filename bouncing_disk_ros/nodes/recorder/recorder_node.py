@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
@@ -19,6 +18,7 @@ from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag.recording import Recording
 from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.errors import ExitCode, InputError, cut
+from bouncing_disk_ros.folders import user_path
 from bouncing_disk_ros.limits import LOOKED_TOPICS
 from bouncing_disk_ros.nodes.recorder.attachments import (
     YAML,
@@ -73,7 +73,7 @@ class Recorder(Node):
         for path in self._presets:
             preset_bytes(path)  # InputError
         self._selection = Selection(self._values, self.resolve_topic_name)
-        folder = Path(output or str(self._values["output"]) or default_folder()).expanduser()
+        folder = user_path(output or str(self._values["output"]) or default_folder())
         version = str(bouncing_disk_ros.__version__)
         choice = writer_options(self._values)
         self._mine = own_parameters(self.get_fully_qualified_name(), self._values)

@@ -68,6 +68,7 @@ class Bifurcation(Study):
 
     name: ClassVar[str] = "bifurcation"
     title: ClassVar[str] = "Bifurcation diagram of the next-collision map"
+    revision: ClassVar[int] = 2
 
     def __init__(self, parameters: Mapping[str, Value]) -> None:
         super().__init__(parameters)

@@ -40,6 +40,7 @@ class ParameterMap(PlaneStudy):
 
     name: ClassVar[str] = "parameter_map"
     title: ClassVar[str] = "Attractors of the next-collision map over two parameters"
+    revision: ClassVar[int] = 2
     axis_names: ClassVar[tuple[str, ...]] = tuple(MAP_PARAMETERS)
     conservative_hint: ClassVar[str] = "At 1 the map keeps areas: it has no attractors."
 

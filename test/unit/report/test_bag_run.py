@@ -201,6 +201,10 @@ def test_messages_come_in_the_order_of_sending() -> None:
     latched = [message("motion", 30.0, 25.2), message("inputs", 30.1, 25.1), message("a", 40.0, 40)]
     order = [latched.index(row) for row in in_order_of_sending(latched)]
     assert order == [1, 0, 2]
+    times = (100.0, 101.0, 102.0, 102.1, 102.2, 102.3)
+    clocks = (100.0, 101.0, 2.0, 2.1, 2.2, 2.3)  # set back by 100 s
+    rows = [message("ab"[k % 2], *both) for k, both in enumerate(zip(times, clocks, strict=True))]
+    assert [*in_order_of_sending(rows)] == rows  # each topic had its last time before for all
 
 
 @pytest.mark.parametrize(

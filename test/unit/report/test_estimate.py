@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import simulate
 from bouncing_disk_ros.core.model import Disk, ImpactKind, Motion
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.report.estimate import (
     LEAST_ROWS,
     Estimate,
@@ -19,6 +21,7 @@ from bouncing_disk_ros.report.estimate import (
     platform_velocities,
     restitution_of,
 )
+from bouncing_disk_ros.report.orbit import orbit_of
 from bouncing_disk_ros.run.session import motion_of
 from support.coverage import covers, in_soak
 
@@ -235,3 +238,18 @@ def test_summed_rows_and_missing_values_are_left_out_and_impossible_ones_said() 
     found = restitution_of(rows, mass=0.5 * disk.mass)  # 1 + ε reads 3
     assert found.value == pytest.approx(2.0, abs=1e-13)
     assert found.note.startswith("outside 0 to 1: check mass")
+
+
+def test_a_frame_is_refused_with_the_way_out() -> None:
+    """Its rows have labels: differences and places of them meant others, or it was a traceback."""
+    rows, disk, motion = run()
+    frame: Any = pd.DataFrame(rows[:100])
+    for use in (
+        lambda given: restitution_of(given, mass=disk.mass),
+        lambda given: friction_of(given, disk),
+        lambda given: platform_velocities(given, motion),
+        orbit_of,
+    ):
+        with pytest.raises(InputError, match=r"got 'DataFrame'.*to_records\(index=False\)"):
+            use(frame)
+        assert repr(use(frame.to_records(index=False))) == repr(use(rows[:100]))

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 
 import pytest
 
+from bouncing_disk_ros.bag import Writer, recover
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.regular_file import replaced
-from bouncing_disk_ros.report.report_files import targets
+from bouncing_disk_ros.report.report_files import (
+    PRESET_MARK,
+    TABLE_MARK,
+    check_ours,
+    mark_of,
+    targets,
+)
+from bouncing_disk_ros.study import named, run
 
 
 def test_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -28,6 +37,40 @@ def test_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ):
         expected = [stem.with_name(f"{stem.name}.{kind}") for kind in ("html", "png")]
         assert targets(bag, output, kinds) == expected
+    (tmp_path / "drop.v2.csv").write_text("")
+    assert targets("drop.v2.csv", ".", ["yaml"], "fit") == [Path("drop.v2_fit.yaml")]
+
+
+def test_files_of_others_are_left_alone(tmp_path: Path) -> None:
+    """The preset of a fit replaced any file of its name, and so did a table of hits."""
+    for content in (PRESET_MARK, TABLE_MARK, f"<meta {mark_of('fit_impacts')}>"):
+        (tmp_path / "ours").write_text(content)
+        check_ours([tmp_path / "ours"], "fit_impacts")
+    (tmp_path / "theirs.yaml").write_text("/**: {ros__parameters: {mass: 1.0}}")
+    with pytest.raises(InputError, match=r"theirs\.yaml.*one that fit_impacts has made"):
+        check_ours([tmp_path / "theirs.yaml"], "fit_impacts")
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT, errno.EFBIG])
+def test_a_disk_that_is_full_from_the_first_byte_is_no_bad_input(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    """The exit code was 2."""
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(number, "no room")
+
+    monkeypatch.setattr(Path, "mkdir", full)
+    study = named("basins", axial_forcing=0.34, width=24, height=24)
+    (tmp_path / "cut.mcap").touch()
+    for make in (
+        lambda: replaced(tmp_path / "new" / "a.html", lambda path: path.write_text("never")),
+        lambda: Writer(tmp_path / "run_1"),
+        lambda: recover(tmp_path / "cut.mcap"),
+        lambda: run(study, tmp_path / "result.zarr"),
+    ):
+        with pytest.raises(FailedError, match=r"cannot be written: no room"):
+            make()
 
 
 def test_a_file_is_whole_or_stays_as_it_was(tmp_path: Path) -> None:

@@ -138,6 +138,48 @@ def test_at_gates_snapshots_go_by_simulated_time_and_stamps_by_the_line(clock: C
     assert arrival.times == line
 
 
+def test_a_row_that_a_parameter_brings_about_has_a_gate(clock: Clock) -> None:
+    """It cuts a chatter while time goes on: no gate was closed that could be replaced."""
+    gates = Gates([1], NS)
+    values: dict[str, Any] = {"lockstep": "impact", "axial_amplitude": 0.0}
+    run, _ = run_of(clock, gates, initial_height=0.05, chatter_report_speed=0.3, **values)
+    for _ in range(28):
+        clock.now_ns += NS // 100
+        while not run.tick(clock.now_ns):
+            gates.answer([1, gates.number, 0])
+    assert (gates.is_closed, gates.rows) == (False, 2)
+    run.set_parameters({"gravity": 5.0})
+    assert (gates.is_closed, gates.rows) == (True, 3)
+
+
+def test_a_row_is_published_before_the_gate_that_counts_it(clock: Clock) -> None:
+    """An impulse brought it about at its own instant: it came when time went on, who waited for it
+    never answered."""
+    published: list[int] = []
+    counted: list[tuple[int, int]] = []
+    gates = Gates([1], NS, announce=lambda _, __, rows: counted.append((rows, sum(published))))
+    run, kept = run_of(clock, gates, lockstep="impact", axial_amplitude=0.0)
+    kept.impacts = lambda rows: published.append(len(rows))  # type: ignore[method-assign]
+    session = run.session
+    gates.hold("a", 1, b"", lambda: session.apply_impulse(session.input_ns, -0.1, 0.0))
+    gates.answer([1, 0, 1])
+    run.tick(clock.now_ns)
+    assert counted == [(0, 0), (1, 1)]
+
+
+def test_a_gate_closes_at_the_instant_that_brings_about_its_row(clock: Clock) -> None:
+    """An input that had waited cuts a chatter: the gate came at the next sample, or tick."""
+    instants: list[int] = []
+    gates = Gates([1], NS, announce=lambda _, time_ns, __: instants.append(time_ns))
+    values: dict[str, Any] = {"lockstep": "impact", "axial_amplitude": 0.0, "initial_height": 0.05}
+    run, _ = run_of(clock, gates, chatter_report_speed=0.3, real_time_factor=0.0, **values)
+    run.session.apply_impulse(275_100_000, 0.0, 0.0)
+    while gates.rows < 3:
+        gates.answer([1, gates.number, 0])
+        run.tick(clock.now_ns)
+    assert instants[-1] == 275_100_000
+
+
 def test_steps_to_an_impact_may_be_several(clock: Clock) -> None:
     run, _ = run_of(clock, start_paused=True, step_until="impact", initial_height=0.05)
     assert "over 3 impacts, now at" in run.step(3)

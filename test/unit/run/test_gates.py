@@ -225,6 +225,19 @@ def test_a_gate_that_replaces_one_has_what_came_there() -> None:
     assert len(made.open()) == 2
 
 
+def test_an_answer_on_its_way_when_its_gate_is_replaced_counts_at_the_new_one() -> None:
+    """A reset came before input and answer arrived: time stood until another reset."""
+    made = gates(1, 2)
+    one, two = Sender(made, 1), Sender(made, 2)
+    two.answer(0)
+    made.refuse_all(), made.close(0)
+    one.send(), one.answer(1, gate=0)
+    one.answer(1, gate=0), two.answer(0, gate=0)  # the gate had been published twice
+    one.send(), one.answer(1), two.answer(0)
+    assert made.is_complete
+    assert len(made.open()) == 2
+
+
 # --- two that answer as one -----------------------------------------------------------------------
 @pytest.mark.parametrize("begin", [0, 1, 30])
 def test_two_publishers_that_answer_as_one_controller_are_named(begin: int) -> None:

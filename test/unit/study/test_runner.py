@@ -14,6 +14,7 @@ import psutil
 import pytest
 import xarray as xr
 
+from bouncing_disk_ros import __version__
 from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.niceness import NICENESS
@@ -32,7 +33,7 @@ from bouncing_disk_ros.study import (
 from bouncing_disk_ros.study.by_name import definition_of
 from bouncing_disk_ros.study.command import run_command
 from bouncing_disk_ros.study.lock import exclusive_lock, token_of
-from bouncing_disk_ros.study.runner import PREFETCH, Pipeline, compute_region
+from bouncing_disk_ros.study.runner import PREFETCH, Claim, Pipeline, compute_region
 from bouncing_disk_ros.study.store import Store
 from support.checks import refused, there
 from support.studies import VALUES, Products, Sums
@@ -270,10 +271,13 @@ def test_worker_stores_only_where_it_reads_the_claim(tmp_path: Path) -> None:
     region = next(study.regions())
     with exclusive_lock(path) as token:
         store = Store(path, study)
-        given = (study, study.context(), str(path))
+        given, claim = (study, study.context()), Claim(str(path), token, __version__)
         assert token_of(str(path)) == token
-        sent_back = there(compute_region(*given, "of another run", region))
+        with pytest.raises(InputError, match=r"a worker with version .*, allowed: workers with"):
+            compute_region(*given, claim._replace(version="0.2.0"), region)
+        sent_back = compute_region(*given, claim._replace(token="of another run"), region)
+        assert sent_back is not None
         assert np.isnan(store.read(region)["product"]).all()
-        assert compute_region(*given, token, region) is None
+        assert compute_region(*given, claim, region) is None
         assert np.array_equal(store.read(region)["product"], sent_back["product"])
     assert token_of(str(path)) == ""
