@@ -308,7 +308,7 @@ def test_the_clock_is_simulated_time_from_wall_time_on(make: Make) -> None:
         peer.spin_until(clock)
         first = clock()
         assert 0 <= first - 2 * NS - before < 30 * NS
-        peer.spin_until(lambda: time_to_ns(peer.heard["joint_states"][-1].header.stamp) == first)
+        peer.spin_until(lambda: time_to_ns(peer.latest("joint_states").header.stamp) == first)
         simulator.advance(1.0)
         peer.spin_until(lambda: clock() == first + NS)
     finally:
