@@ -20,14 +20,15 @@ def result_of(name: str, **given: Value) -> xr.Dataset:
     return there(run(named(name, **given)))
 
 
-def shown(tool: ModuleType, **given: Value) -> Shown:
-    """The figures, all drawn, the lines and the result of a small study."""
+def shown(tool: ModuleType, *, draws: bool = True, **given: Value) -> Shown:
+    """The figures, drawn unless told otherwise, the lines and the result of a small study."""
     study = named(tool.DEFINITION.name, **given)
     result = there(run(study))
     figures = dict(tool.DEFINITION.pictures(study, result))
     for figure in figures.values():
         figure.set_layout_engine("none")  # takes three times as long as the rest
-        figure.draw_without_rendering()
+        if draws:
+            figure.draw_without_rendering()
         assert "(1)" not in text_of(figure), "an axis has the unit 1"
     return figures, told(tool, result), result
 

@@ -32,7 +32,7 @@ def test_curves_are_stored_with_the_map_behind_them() -> None:
     small: dict[str, Value] = {
         "axial_forcing_count": 6, "restitution_count": 5, "settling": 50, "doublings": 1,
         "axial_forcing_begin": 0.4, "axial_forcing_end": 0.6, "restitution_begin": 0.4,
-        "restitution_end": 0.6, "largest_step": 0.02,
+        "restitution_end": 0.6, "largest_step": 0.04,
     }  # fmt: skip
     _, lines, result = shown(curves, **small)
     kinds = result["curve_kind"].values.tolist()
