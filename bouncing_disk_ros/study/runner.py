@@ -309,6 +309,24 @@ class Pipeline:
             del self._at_work[future]
 
 
+_VERSION = f"__import__('{PACKAGE}').__version__"
+
+
+def _check_versions(client: Any, scheduler: str) -> None:
+    """InputError where the package is missing on scheduler or workers, or has another version.
+
+    Such a worker dies of its first part, without a word to this process, which then waits.
+    """
+    mine = bouncing_disk_ros.__version__
+    try:
+        found = {client.run_on_scheduler(eval, _VERSION), *client.run(eval, _VERSION).values()}
+    except (ImportError, AttributeError) as error:
+        found = {str(error)}
+    if others := found - {mine}:
+        allowed = f"a scheduler whose process and workers have {PACKAGE} {mine}"
+        raise InputError("scheduler", scheduler, allowed, f"Found: {', '.join(sorted(others))}.")
+
+
 @contextmanager
 def _executor(workers: int, scheduler: str) -> Iterator[tuple[Executor, int]]:
     """Where the regions are computed, and how many at a time."""
@@ -330,6 +348,7 @@ def _executor(workers: int, scheduler: str) -> Iterator[tuple[Executor, int]]:
             str(error) or "there is no answer",
         ) from None  # fmt: skip
     with client:
+        _check_versions(client, scheduler)
         count = max(1, sum(client.nthreads().values()))
         # a lost worker costs the region it had: Dask gives it to another one
         with client.get_executor(pure=False, retries=3) as pool:

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -264,6 +265,20 @@ def test_results_sent_back_do_not_pile_up_and_workers_that_store_are_kept_busy(
         assert most == limit
         assert store.regions_done == 25
         assert np.array_equal(open_result(store.path)["product"], expected)
+
+
+@pytest.mark.parametrize("found", ["0.2.0", ModuleNotFoundError("No module named 'x'")])
+def test_a_cluster_without_this_version_is_refused(found: str | Exception) -> None:
+    """Its workers died of their first part, and the run waited without a word."""
+
+    def on_workers(_: object, __: str) -> dict[str, str]:
+        if isinstance(found, Exception):
+            raise found
+        return {"tcp://one": __version__, "tcp://two": found}
+
+    client = SimpleNamespace(run_on_scheduler=lambda run, text: run(text), run=on_workers)
+    with pytest.raises(InputError, match=rf"^scheduler: got '?tcp://s'?, .*Found: {found}\."):
+        runner._check_versions(client, "tcp://s")
 
 
 def test_worker_stores_only_where_it_reads_the_claim(tmp_path: Path) -> None:
