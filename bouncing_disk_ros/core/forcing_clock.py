@@ -123,9 +123,9 @@ def elapsed(motion: Record, ns: int, sub: float) -> float:
 def phase_after(tau: float, advance: float) -> tuple[float, float]:
     """Whole turns and the phase in [0, 2π) after τ has grown by `advance` ≥ 0, rad."""
     grown = tau + advance
-    if 0.0 <= grown < TWO_PI:  # for most, and without a division
-        return 0.0, grown
-    if TWO_PI <= grown < 2.0 * TWO_PI:
+    if 0.0 <= grown < 2.0 * TWO_PI:  # most, and without a division
+        if grown < TWO_PI:
+            return 0.0, grown
         return 1.0, grown - TWO_PI
     turns: float = math.floor(grown / TWO_PI)
     if turns > 1.0:

@@ -123,17 +123,26 @@ def _label(
     rule: LabelRule, found: StartLabels,
 ) -> None:  # fmt: skip
     """Label the starts that `found` leaves open, by the rule, its cap given."""
-    left = np.flatnonzero(found.label == UNRESOLVED)
-    if not len(left):
-        return
-    tau, w = tau[left], w[left]
-    part = StartLabels(found.label[left], found.impacts[left], found.time[left])
-    label_followed(attractors, section, tau, w, rule, part)
-    open_ = np.flatnonzero(part.label == UNRESOLVED)
+    is_open = found.label == UNRESOLVED
+    if is_open.all():  # as at first: to copy those that are open would hold the GIL
+        _label_all(attractors, section, tau, w, rule, found)
+    elif is_open.any():
+        left = np.flatnonzero(is_open)
+        part = StartLabels(found.label[left], found.impacts[left], found.time[left])
+        _label_all(attractors, section, tau[left], w[left], rule, part)
+        found.label[left], found.impacts[left], found.time[left] = part
+
+
+def _label_all(
+    attractors: Attractors, section: NextCollisionMap, tau: Floats, w: Floats,
+    rule: LabelRule, found: StartLabels,
+) -> None:  # fmt: skip
+    """Label starts of which none has a label, by the rule, its cap given."""
+    label_followed(attractors, section, tau, w, rule, found)
+    open_ = np.flatnonzero(found.label == UNRESOLVED)
     if len(open_) and any(a.kind is AttractorKind.CHAOTIC for a in attractors.found):
-        part.label[open_] = chaotic_labels(attractors, section, tau[open_], w[open_], rule)
-    part.time[open_] = math.nan
-    found.label[left], found.impacts[left], found.time[left] = part
+        found.label[open_] = chaotic_labels(attractors, section, tau[open_], w[open_], rule)
+    found.time[open_] = math.nan
 
 
 def _label_early(
