@@ -31,7 +31,8 @@ def main(args: Sequence[str] | None = None) -> int:
     parser = start.parser
     parser.usage = f"{NAME} [--help] RECORDING [OUTPUT] [--ros-args -p NAME:=VALUE ...]"
     parser.add_argument("recording", help="a text with a column of seconds, a sound, or a bag")
-    parser.add_argument("output", nargs="?", help="name of the files; default: RECORDING_fit")
+    text = "name of the files, or a folder; default: RECORDING_fit"
+    parser.add_argument("output", nargs="?", help=text)
     given = start.parse()
     return start.run(partial(_fit, start, given))
 
@@ -43,17 +44,13 @@ def _fit(start: Start, given: argparse.Namespace) -> int:
         announce_compilation(NAME)
         from bouncing_disk_ros.measured.fit import fit_impacts
         from bouncing_disk_ros.measured.picture import lines_of
-        from bouncing_disk_ros.report.report_files import check_ours
+        from bouncing_disk_ros.report.report_files import check_ours, targets
 
-    source = Path(given.recording).expanduser()
-    stem = Path(given.output).expanduser() if given.output else source.with_name(
-        f"{source.name if source.is_dir() else source.stem}_fit"
-    )  # fmt: skip
-    files = [stem.with_name(f"{stem.name}.{kind}") for kind in ("html", *kinds)]
+    preset, *files = targets(given.recording, "fit", given.output, ["yaml", "html", *kinds])
     check_ours(files, NAME)
-    fit = fit_impacts(source, **values)  # type: ignore[arg-type]
+    fit = fit_impacts(Path(given.recording).expanduser(), **values)  # type: ignore[arg-type]
     print("\n".join(lines_of(fit)), flush=True)
-    _write_preset(fit, stem.with_name(f"{stem.name}.yaml"))
+    _write_preset(fit, preset)
     _write_pages(fit, files)
     return ExitCode.DONE
 

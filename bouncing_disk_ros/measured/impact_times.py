@@ -27,7 +27,8 @@ def main(args: Sequence[str] | None = None) -> int:
     parser = start.parser
     parser.usage = f"{NAME} [--help] SOUND [OUTPUT] [--ros-args -p NAME:=VALUE ...]"
     parser.add_argument("sound", help="a sound file")
-    parser.add_argument("output", nargs="?", help="name of the files; default: SOUND_times")
+    text = "name of the files, or a folder; default: SOUND_times"
+    parser.add_argument("output", nargs="?", help=text)
     given = start.parse()
     return start.run(partial(_hear, start, given))
 
@@ -42,14 +43,11 @@ def _hear(start: Start, given: argparse.Namespace) -> int:
         from bouncing_disk_ros.measured.sound_picture import sound_lines, sound_panel, sound_text
         from bouncing_disk_ros.regular_file import replaced
         from bouncing_disk_ros.report.panel_page import panels_page, save_page
-        from bouncing_disk_ros.report.report_files import check_ours
+        from bouncing_disk_ros.report.report_files import check_ours, targets
 
-    source = Path(given.sound).expanduser()
-    stem = Path(given.output or source.with_name(f"{source.stem}_times")).expanduser()
-    table = stem.with_name(f"{stem.name}.csv")
-    figures = [stem.with_name(f"{stem.name}.{kind}") for kind in kinds]
+    table, *figures = targets(given.sound, "times", given.output, ["csv", *kinds])
     check_ours(figures, NAME)
-    sound = impact_times(source)
+    sound = impact_times(Path(given.sound).expanduser())
     print("\n".join(sound_lines(sound)), flush=True)
     replaced(table, partial(Path.write_text, data=sound_text(sound), encoding="utf-8"))
     for file in figures:

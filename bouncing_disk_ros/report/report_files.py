@@ -1,4 +1,4 @@
-"""The files of a report: their names, and the mark by which an executable knows its own files.
+"""The files that an executable writes: their names, and the mark by which it knows its own.
 
 Nothing of others is overwritten.
 """
@@ -15,18 +15,22 @@ from bouncing_disk_ros.folders import PACKAGE
 FORMATS = ("html", "png", "pdf", "svg")
 
 
-def targets(bag: str, output: str | None, kinds: Iterable[str]) -> list[Path]:
-    """The files to write: BAG_report.KIND beside the bag, in a folder OUTPUT, or OUTPUT.KIND."""
-    source = Path(bag).absolute()
-    name = f"{source.name.removesuffix('.mcap')}_report"
-    stem = source.parent / name
-    if output is not None:
+def targets(source: str, ending: str, output: str | None, kinds: Iterable[str]) -> list[Path]:
+    """The files to write: NAME_ENDING.KIND beside the source, in a folder OUTPUT, or OUTPUT.KIND.
+
+    `source`: a bag, a recording or a sound; NAME is that of its folder, or of its file without its
+    ending.
+    """
+    path, each = Path(source).expanduser().absolute(), list(dict.fromkeys(kinds))
+    own = path.stem if path.is_file() or path.suffix == ".mcap" else path.name
+    stem = path.parent / f"{own}_{ending}"
+    if output:
         given = Path(output).expanduser()
         if given.is_dir() or output.endswith(os.sep):
-            stem = given / name
+            stem = given / stem.name
         else:
-            stem = given.with_suffix("") if given.suffix[1:] in FORMATS else given
-    return [stem.with_name(f"{stem.name}.{kind}") for kind in dict.fromkeys(kinds)]
+            stem = given.with_suffix("") if given.suffix[1:] in {*FORMATS, *each} else given
+    return [stem.with_name(f"{stem.name}.{kind}") for kind in each]
 
 
 def mark_of(maker: str) -> str:

@@ -27,7 +27,11 @@ def test_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ("run_1", "v1.2", Path("v1.2")),
     ):
         expected = [stem.with_name(f"{stem.name}.{kind}") for kind in ("html", "png")]
-        assert targets(bag, output, kinds) == expected
+        assert targets(bag, "report", output, kinds) == expected
+    (tmp_path / "drop.wav").touch()
+    table, figure = targets("drop.wav", "times", None, ["csv", "png"])
+    assert (table, figure.name) == (tmp_path / "drop_times.csv", "drop_times.png")
+    assert targets("drop.wav", "times", "hits.csv", ["csv", "png"])[1] == Path("hits.png")
 
 
 def test_a_file_is_whole_or_stays_as_it_was(tmp_path: Path) -> None:
