@@ -47,7 +47,7 @@ def _fit(start: Start, given: argparse.Namespace) -> int:
         from bouncing_disk_ros.measured.picture import lines_of
         from bouncing_disk_ros.report.report_files import check_ours, targets
 
-    files = targets(given.recording, given.output, ["yaml", "html", *kinds], "fit")
+    files = targets(given.recording, "fit", given.output, ["yaml", "html", *kinds])
     check_ours(files, NAME)
     fit = fit_impacts(given.recording, **values)  # type: ignore[arg-type]
     print("\n".join(lines_of(fit)), flush=True)

@@ -46,7 +46,7 @@ def _hear(start: Start, given: argparse.Namespace) -> int:
         from bouncing_disk_ros.report.panel_page import panels_page, save_page
         from bouncing_disk_ros.report.report_files import check_ours, targets
 
-    files = targets(given.sound, given.output, ["csv", *kinds], "times")
+    files = targets(given.sound, "times", given.output, ["csv", *kinds])
     check_ours(files, NAME)
     sound = impact_times(given.sound)
     table, *figures = files

@@ -85,7 +85,7 @@ def _report(start: Start, given: argparse.Namespace) -> int:
         from bouncing_disk_ros.report.report_files import check_ours, targets
         from bouncing_disk_ros.report.report_text import lines
 
-    files = [] if given.text_only else targets(given.bag, given.output, ["html", *kinds])
+    files = [] if given.text_only else targets(given.bag, "report", given.output, ["html", *kinds])
     check_ours(files, NAME)
     with np.errstate(all="ignore"):  # of numbers that mean nothing: what follows from them is nan
         report = read(given)

@@ -17,21 +17,22 @@ PRESET_MARK, TABLE_MARK = "# fitted by fit_impacts to ", "time,error,level\n"
 FORMATS = ("html", "png", "pdf", "svg")
 
 
-def targets(
-    source: str, output: str | None, kinds: Iterable[str], what: str = "report"
-) -> list[Path]:
-    """Files to write: SOURCE_WHAT.KIND beside the source, in a folder OUTPUT, or OUTPUT.KIND."""
-    path = user_path(source).absolute()
-    is_file = path.is_file() or path.suffix == ".mcap"
-    name = f"{path.stem if is_file else path.name}_{what}"
-    stem = path.parent / name
+def targets(source: str, ending: str, output: str | None, kinds: Iterable[str]) -> list[Path]:
+    """The files to write: NAME_ENDING.KIND beside the source, in a folder OUTPUT, or OUTPUT.KIND.
+
+    `source`: a bag, a recording or a sound; NAME is that of its folder, or of its file without its
+    ending.
+    """
+    path, each = user_path(source).absolute(), list(dict.fromkeys(kinds))
+    own = path.stem if path.is_file() or path.suffix == ".mcap" else path.name
+    stem = path.parent / f"{own}_{ending}"
     if output:
         given = user_path(output)
         if given.is_dir() or output.endswith(os.sep):
-            stem = given / name
+            stem = given / stem.name
         else:
-            stem = given.with_suffix("") if given.suffix[1:] in FORMATS else given
-    return [stem.with_name(f"{stem.name}.{kind}") for kind in dict.fromkeys(kinds)]
+            stem = given.with_suffix("") if given.suffix[1:] in {*FORMATS, *each} else given
+    return [stem.with_name(f"{stem.name}.{kind}") for kind in each]
 
 
 def mark_of(maker: str) -> str:

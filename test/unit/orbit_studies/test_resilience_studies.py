@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,12 +14,11 @@ from bouncing_disk_ros.orbit_studies.curves import options as curves
 from bouncing_disk_ros.orbit_studies.manifolds import options as manifolds
 from bouncing_disk_ros.orbit_studies.resilience import options as resilience
 from bouncing_disk_ros.orbit_studies.resilience.picture import impulse_picture
-from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study import named, run
 from support.checks import there
 from support.shown import Shown, shown
 
-SMALL_RESILIENCE: dict[str, Value] = {
+SMALL_RESILIENCE: dict[str, Any] = {
     "begin": 0.2, "end": 0.45, "count": 3, "samples": 40, "instants": 4, "resolution": 0.1,
 }  # fmt: skip
 
@@ -29,7 +29,7 @@ def resilient() -> Shown:
 
 
 def test_curves_are_stored_with_the_map_behind_them() -> None:
-    small: dict[str, Value] = {
+    small: dict[str, Any] = {
         "axial_forcing_count": 6, "restitution_count": 5, "settling": 50, "doublings": 1,
         "axial_forcing_begin": 0.4, "axial_forcing_end": 0.6, "restitution_begin": 0.4,
         "restitution_end": 0.6, "largest_step": 0.04,
@@ -67,7 +67,7 @@ def test_manifolds_are_stored_over_the_basins() -> None:
 
 
 def test_the_window_of_an_enclosed_share_is_the_one_asked_for() -> None:
-    given: dict[str, Value] = {
+    given: dict[str, Any] = {
         "phase_begin": 1.0, "phase_end": 3.0, "velocity_begin": -5.0, "velocity_end": -1.0,
         "width": 40, "height": 40, "axial_forcing": 0.34, "distance": 0.05, "pairs": 1,
     }  # fmt: skip
@@ -81,7 +81,7 @@ def test_the_window_of_an_enclosed_share_is_the_one_asked_for() -> None:
 def test_a_window_of_one_basin_has_no_boundary_and_one_without_an_orbit_no_curves() -> None:
     _, lines, _ = shown(manifolds, axial_forcing=0.2, width=8, height=8)
     assert lines[-1] == "  no boundary in this window: all starts on its grid have one end"
-    small: dict[str, Value] = {
+    small: dict[str, Any] = {
         "axial_forcing": 0.2, "axial_forcing_begin": 0.1, "axial_forcing_end": 0.3,
         "axial_forcing_count": 2, "restitution_count": 2, "settling": 9,
     }  # fmt: skip

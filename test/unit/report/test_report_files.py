@@ -36,9 +36,11 @@ def test_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         ("run_1", "v1.2", Path("v1.2")),
     ):
         expected = [stem.with_name(f"{stem.name}.{kind}") for kind in ("html", "png")]
-        assert targets(bag, output, kinds) == expected
+        assert targets(bag, "report", output, kinds) == expected
+    (tmp_path / "drop.wav").touch()
+    assert targets("drop.wav", "times", "hits.csv", ["csv", "png"])[1] == Path("hits.png")
     (tmp_path / "drop.v2.csv").write_text("")
-    assert targets("drop.v2.csv", ".", ["yaml"], "fit") == [Path("drop.v2_fit.yaml")]
+    assert targets("drop.v2.csv", "fit", ".", ["yaml"]) == [Path("drop.v2_fit.yaml")]
 
 
 def test_files_of_others_are_left_alone(tmp_path: Path) -> None:
