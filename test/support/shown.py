@@ -20,17 +20,23 @@ def result_of(name: str, **given: Value) -> xr.Dataset:
     return there(run(named(name, **given)))
 
 
-def shown(tool: ModuleType, *, draws: bool = True, **given: Value) -> Shown:
-    """The figures, drawn unless told otherwise, the lines and the result of a small study."""
+def undrawn(tool: ModuleType, **given: Value) -> Shown:
+    """The figures, the lines and the result of a small study."""
     study = named(tool.DEFINITION.name, **given)
     result = there(run(study))
     figures = dict(tool.DEFINITION.pictures(study, result))
     for figure in figures.values():
         figure.set_layout_engine("none")  # takes three times as long as the rest
-        if draws:
-            figure.draw_without_rendering()
         assert "(1)" not in text_of(figure), "an axis has the unit 1"
     return figures, told(tool, result), result
+
+
+def shown(tool: ModuleType, **given: Value) -> Shown:
+    """As `undrawn`, with all figures drawn."""
+    made = undrawn(tool, **given)
+    for figure in made[0].values():
+        figure.draw_without_rendering()
+    return made
 
 
 def told(tool: ModuleType, result: xr.Dataset) -> list[str]:

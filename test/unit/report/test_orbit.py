@@ -36,16 +36,6 @@ def rows_of(phases: list[float], speeds: list[float], repeats: int) -> NDArray[n
     return rows
 
 
-def test_from_rest_the_period_one_motion_chatters() -> None:
-    motion = Motion(0.45 * 10.0 * math.pi / (6 * math.pi) ** 2, 1.0, 3.0, 0.0)
-    simulation = Simulation(motion, DISK, InitialState(), chatter_report_speed=1e-3)
-    orbit = orbit_of(simulation.advance(30_000_000_000)[0])
-    assert orbit.kind is OrbitKind.CHATTERING
-    assert orbit.cycles >= 1
-    assert orbit.name.startswith("chattering (")
-    assert not orbit.is_period_one
-
-
 def test_one_chatter_is_no_orbit() -> None:
     motion = Motion(0.0, 0.0, 3.0, 0.0)
     disk = DISK._replace(restitution=0.9999)

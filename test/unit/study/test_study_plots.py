@@ -38,7 +38,7 @@ from bouncing_disk_ros.study.toss_paths.picture import paths_figure, toss_title,
 from bouncing_disk_ros.units import in_pi
 from support.checks import there
 from support.figure_boxes import covered, flaws, ill_written
-from support.shown import legend_of, result_of, shown, text_of, told
+from support.shown import legend_of, result_of, shown, text_of, told, undrawn
 
 
 def labels(figure: Figure) -> list[tuple[str, str]]:
@@ -66,7 +66,7 @@ def test_basins() -> None:
 
 
 def test_basins_that_the_cap_leaves_open() -> None:
-    figures, lines, result = shown(basins, draws=False, width=6, height=5, cap=1)
+    figures, lines, result = undrawn(basins, width=6, height=5, cap=1)
     open_ = 100.0 * float(result["unresolved_fraction"])
     assert open_ > 0.0
     assert f"unresolved: {open_:.2f} %" in text_of(figures["basins"])
@@ -83,8 +83,8 @@ def test_basins_of_one_attractor_that_is_rest() -> None:
 
 def test_a_window_of_ones_own_keeps_its_axes() -> None:
     """Impacts on attractors outside do not stretch them; narrow windows have ticks with labels."""
-    figures, _, _ = shown(
-        basins, draws=False, axial_forcing=0.45, width=20, height=20, phase_begin=-0.1,
+    figures, _, _ = undrawn(
+        basins, axial_forcing=0.45, width=20, height=20, phase_begin=-0.1,
         phase_end=0.1, velocity_begin=-0.8, velocity_end=-0.6, velocity="after",
     )  # fmt: skip
     left = figures["basins"].axes[0]
@@ -99,8 +99,8 @@ def test_a_window_of_ones_own_keeps_its_axes() -> None:
 
 def test_points_of_attractors_are_in_the_window_wherever_it_begins() -> None:
     """Period 1 at τ = 0.74: in a window from 2π on it is drawn one turn later."""
-    figures, _, _ = shown(
-        basins, draws=False, axial_forcing=0.45, width=20, height=20, phase_begin=6.0,
+    figures, _, _ = undrawn(
+        basins, axial_forcing=0.45, width=20, height=20, phase_begin=6.0,
         phase_end=8.0, velocity_begin=-2.0, velocity_end=-1.0,
     )  # fmt: skip
     axes = figures["basins"].axes[0]
@@ -130,7 +130,7 @@ SHORT: dict[str, Value] = {"settling": 10, "measured": 20, "kept": 5}
     ],
 )  # fmt: skip
 def test_the_smallest_sizes_are_drawn(tool: ModuleType, given: dict[str, Value]) -> None:
-    figures, lines, _ = shown(tool, draws=False, **given)
+    figures, lines, _ = undrawn(tool, **given)
     figure = figures.pop(tool.DEFINITION.name)
     for other in figures.values():
         other.draw_without_rendering()
@@ -197,8 +197,8 @@ def test_a_diagram_that_ends_at_rest() -> None:
 
 
 def test_a_diagram_of_starts_tells_those_with_contact() -> None:
-    figures, lines, _ = shown(
-        bifurcation, draws=False, begin=0.3, end=0.45, count=4, settling=50, measured=50,
+    figures, lines, _ = undrawn(
+        bifurcation, begin=0.3, end=0.45, count=4, settling=50, measured=50,
         kept=20, starts=9,
     )  # fmt: skip
     figure = figures["bifurcation"]
@@ -240,8 +240,8 @@ def test_a_map_of_parameters() -> None:
 
 
 def test_a_map_says_what_is_given_and_shows_no_forcing_below_zero() -> None:
-    figures, _, _ = shown(
-        parameter_map, draws=False, x_axis="angular_forcing", x_begin=1.0, x_end=100.0, x_count=3,
+    figures, _, _ = undrawn(
+        parameter_map, x_axis="angular_forcing", x_begin=1.0, x_end=100.0, x_count=3,
         y_begin=0.0, y_count=3, settling=10, measured=256, start="given", initial_phase=0.5,
         initial_velocity=-2.0,
     )  # fmt: skip
@@ -327,7 +327,7 @@ def test_a_motor_over_load_and_preload() -> None:
 
 def test_the_efficiency_at_two_preloads_is_drawn_wherever_there_is_one() -> None:
     """Contours end where the first of two lines does; cells show each point."""
-    figures, _, result = shown(motor, draws=False, x_count=7, y_begin=22.0, y_end=28.0, y_count=2)
+    figures, _, result = undrawn(motor, x_count=7, y_begin=22.0, y_end=28.0, y_count=2)
     right = figures["speed_torque"].axes[1]
     (image,) = right.images
     assert right.get_ylim() == (19.0, 31.0), "whole cells"
@@ -355,8 +355,8 @@ def test_a_motor_at_one_point() -> None:
 
 
 def test_a_motor_without_loads_on_its_axes() -> None:
-    figures, _, _ = shown(
-        motor, draws=False, x_axis="phase_lag", x_begin=-1.0, x_end=1.0, x_count=3,
+    figures, _, _ = undrawn(
+        motor, x_axis="phase_lag", x_begin=-1.0, x_end=1.0, x_count=3,
         y_axis="axial_amplitude", y_begin=0.9e-6, y_end=1e-6, y_count=2, load_torque=0.002,
     )  # fmt: skip
     assert list(figures) == ["motor_map"]
