@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import sys
 import tempfile
@@ -340,6 +341,7 @@ def _executor(workers: int, scheduler: str) -> Iterator[tuple[Executor, int]]:
         raise InputError(
             "scheduler", scheduler, "nothing, where Dask is missing", "pip install distributed"
         ) from None
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)  # it is raised too
     try:
         client = Client(scheduler, timeout="10s", set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
@@ -355,7 +357,8 @@ def _executor(workers: int, scheduler: str) -> Iterator[tuple[Executor, int]]:
             try:
                 yield pool, count
             except (CancelledError, KilledWorker) as error:
-                raise ConnectionError(f"the Dask cluster lost the work: {error}") from error
+                why = str(error) or "its scheduler has gone"
+                raise ConnectionError(f"the Dask cluster lost the work: {why}") from error
 
 
 # --- the studies as functions: parameters in, dataset out -----------------------------------------
