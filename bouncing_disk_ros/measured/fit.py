@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -52,6 +53,8 @@ _USUAL, _TRIED = 4, 12
 
 Clean hits have one. False hits and contacts can make a wrong one the first.
 """
+_PART, _PARTS = 5, 20
+"""Neighbouring impacts that may be without a false or missed one, two more than parameters."""
 _FEWEST_ALONE = 4
 """Hits that may be flights of a second disk: with three there is one equation for ε."""
 _MOST_SCANNED = 120
@@ -186,11 +189,12 @@ class _Known:
             found = self._with_contacts(found, recording, errors)
         chain, data, profiles, draws = found
         rejected = np.delete(recording.times, chain.kept)
-        parameters = self._parameters(profiles, draws)
-        rival, odds = self._rival(recording, errors, found)
-        is_worse = odds >= 1.0 / REFUTED
-        other = rival if is_worse else self._other_frequency(recording, errors, profiles)
-        is_open = not is_worse and odds > REFUTED and self.phase is None  # a reference tells it
+        with ThreadPoolExecutor() as beside:  # the kernels let go of the GIL
+            told = beside.submit(self._parameters, profiles, draws)
+            possible = beside.submit(part_possible, profiles, draws)
+            rival, other = self._others(recording, errors, found)
+        parameters = told.result()
+        laws = laws_of(profiles) if self.frequency == 0.0 else ()
         better = f"the times fit {other:.5g} Hz better" if other > 0.0 else ""
         _check(recording.name, parameters["restitution"], better)
         is_told = profiles.degrees > 0 or profiles.data.is_absolute
@@ -205,14 +209,13 @@ class _Known:
         contacts = np.array(data.contacts, np.int64)
         flights[contacts] = np.nan
         speeds[data.kinds[hits] == VOID] = np.nan
-        laws = laws_of(profiles) if self.frequency == 0.0 else ()
         lead = len(profiles.best.times) - len(times)  # of the release: its impact is the first row
         probability = probability_of(profiles, np.r_[[-speeds[0, 0]] * lead, -speeds[:, 0]])
         return ImpactFit(
             recording.name, self.frequency / math.tau, self.gravity, self.height, parameters, times,
             np.where(missed, np.nan, data.times[hits] - times), missed, rejected,
             flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0], contacts, probability,
-            part_possible(profiles, draws), other, rival if is_open else math.nan,
+            possible.result(), other, rival,
             self._chance(found, recording),
             self._second(recording, errors, chain),
             _untold(parameters) if is_told else tuple(parameters), laws,
@@ -304,21 +307,31 @@ class _Known:
         if self.frequency == 0.0:
             return self._chain(times, [])
         found, seen = self._chain(times, self._starts(times, most=_TRIED)), list[Chain]()
+        if not found.holds_all(len(times)) or len(found.contacts):
+            found = self._chain(times, [found.parameters, *self._starts_of_parts(times)])
         while not any(found.is_like(one) for one in seen):
             if found.holds_all(len(times)) and not len(found.contacts):
                 break
             seen.append(found)
             data = self._data(recording, errors, found)
             starts = self._starts(data.times, data.kinds != VOID, _TRIED)
-            found = self._chain(times, starts)
+            found = self._chain(times, [found.parameters, *starts])
         return found
 
-    def _chain(self, times: Array, tried: list[Array]) -> Chain:
+    def _starts_of_parts(self, times: Array) -> list[Array]:
+        """First values from few neighbouring hits: one false or missed one spoils all equations."""
+        count = len(times) - 2
+        firsts = np.linspace(0, count - _PART, max(min(count - _PART + 1, _PARTS), 0)).astype(int)
+        told = (firsts[:, None] <= np.arange(count)) & (np.arange(count) < firsts[:, None] + _PART)
+        given = replace(self, frequency_error=0.0)
+        return [start for part in told for start in given._starts(times, part)]
+
+    def _chain(self, times: Array, tried: list[Array], least: float = -math.inf) -> Chain:
         heard = self._heard(times)
         if self.frequency == 0.0:
-            found = at_rest(times[heard], self.gravity, self.dead_time)
+            found = at_rest(times[heard], self.gravity, self.dead_time, least)
         else:
-            found = chain_of(times[heard], np.array(tried), self.gravity, self.dead_time)
+            found = chain_of(times[heard], np.array(tried), self.gravity, self.dead_time, least)
         if len(found.kept) < 3 or not found.evidence > 0.0:
             nothing = np.empty(0)
             return Chain(heard, nothing, nothing.astype(np.int64), found.parameters)
@@ -363,36 +376,58 @@ class _Known:
         is_better = costs[0] - costs[1] > -2.0 * math.log(REFUTED)
         return found / math.tau if is_better else math.nan
 
-    def _rival(
+    def _others(
         self, recording: Recording, errors: Array | None, found: _Sequence
     ) -> tuple[float, float]:
-        """The multiple of the frequency that explains the hits best, Hz, and the odds for all.
+        """What these data do not exclude (`rival`), what they fit better (`other_frequency`)."""
+        rival, odds, at_rest = self._rivals(recording, errors, found)
+        is_worse = odds >= 1.0 / REFUTED
+        other = rival
+        if not is_worse:
+            other = self._other_frequency(recording, errors, found.profiles)
+        if at_rest > REFUTED:
+            return 0.0, other
+        is_open = not is_worse and odds > REFUTED and self.phase is None  # a reference tells it
+        return rival if is_open else math.nan, other
 
-        Each of the multiples has its own chain and fit, and before the hits are heard the odds of
-        all of them together are one. nan where there is nothing to compare.
+    def _rivals(
+        self, recording: Recording, errors: Array | None, found: _Sequence
+    ) -> tuple[float, float, float]:
+        """The multiple of the frequency that explains the hits best, Hz, and the odds for others.
+
+        They are those of all multiples together, and of a platform at rest: each one before the
+        hits are heard. Each model has its own chain and fit. nan where there is nothing to compare.
         """
         if self.frequency == 0.0 or found.profiles.degrees < 1:
-            return math.nan, math.nan
+            return math.nan, math.nan, math.nan
         part = replace(recording, times=recording.times[:_MOST_SCANNED])
         errors = None if errors is None else errors[:_MOST_SCANNED]
         least = self._chain(part.times, [found.profiles.estimate]).evidence - _HOPELESS
-        likely: list[tuple[float, float]] = []
-        own = math.nan
-        for multiple in _MULTIPLES:
-            other = replace(self, frequency=multiple * self.frequency, frequency_error=0.0)
-            if other._chain(part.times, other._starts(part.times)).evidence < least:
-                continue
-            if math.isnan(own):
-                is_whole = len(recording.times) == len(part.times)
-                own = self._physical(found if is_whole else self._in_sequence(part, errors), part)
+        multiples = [replace(self, frequency=multiple * self.frequency, frequency_error=0.0)
+                     for multiple in _MULTIPLES]  # fmt: skip
+        logs = np.array([one._explained(part, errors, least) for one in multiples])
+        at_rest = -math.inf
+        if self.amplitude == 0.0:  # a platform with a known amplitude moves
+            still = replace(self, frequency=0.0, frequency_error=0.0, phase=None)
+            at_rest = still._explained(part, errors, least)
+        if max(at_rest, logs.max()) == -math.inf:
+            return math.nan, 0.0, 0.0
+        is_whole = len(recording.times) == len(part.times)
+        own = self._physical(found if is_whole else self._in_sequence(part, errors), part)
+        odds = np.array([_odds(log, own) for log in logs]) / len(_MULTIPLES)
+        if self.phase is not None and at_rest > -math.inf:  # it does not tell whether it moves
+            free = replace(self, phase=None)
+            own = free._physical(free._in_sequence(part, errors), part)
+        best = multiples[int(np.argmax(odds))].frequency / math.tau
+        return best, float(odds.sum()), _odds(at_rest, own)
+
+    def _explained(self, recording: Recording, errors: Array | None, least: float) -> float:
+        """The evidence of this model's flights, -inf where that of their chain is below least."""
+        times = recording.times
+        if self._chain(times, self._starts(times), least).evidence > least:
             with contextlib.suppress(FailedError):
-                evidence = other._physical(other._in_sequence(part, errors), part)
-                if evidence > -math.inf:
-                    likely.append((evidence - own, other.frequency / math.tau))
-        if not likely:
-            return math.nan, 0.0
-        odds = [math.exp(min(evidence, _SURE)) / len(_MULTIPLES) for evidence, _ in likely]
-        return max(likely)[1], sum(odds)
+                return self._physical(self._in_sequence(recording, errors), recording)
+        return -math.inf
 
     def _physical(self, found: _Sequence, recording: Recording) -> float:
         """The evidence of flights above the platform with a restitution from 0 to 1."""
@@ -456,11 +491,16 @@ class _Known:
         return found
 
     def _parameters(self, profiles: Profiles, draws: Draws) -> dict[str, Interval]:
-        found = {"restitution": profiles.interval(RESTITUTION, 0.0, 1.0)}
+        phase = float(profiles.estimate[PHASE])
+        ranges = {RESTITUTION: (0.0, 1.0), AMPLITUDE: (0.0, math.inf), FREQUENCY: (0.0, math.inf),
+                  PHASE: (phase - math.pi, phase + math.pi)}  # fmt: skip
+        told = profiles.intervals({index: ranges[index] for index in self.free})
+        fitted = dict(zip(self.free, told, strict=True))
+        found = {"restitution": fitted[RESTITUTION]}
         if self.frequency == 0.0:
             found |= rest_parameters(draws, self.gravity, self.height, profiles.data.is_released)
         else:
-            found |= self._platform(profiles)
+            found |= self._platform(fitted, float(profiles.estimate[FREQUENCY]))
         if not profiles.data.is_absolute:
             nominal = float(np.median(profiles.data.errors[~profiles.data.missed]))
             found["time_error"] = interval_of(nominal * draws.scale)
@@ -468,20 +508,24 @@ class _Known:
             found["scatter"] = interval_of(draws.scatter)
         return found
 
-    def _platform(self, profiles: Profiles) -> dict[str, Interval]:
+    def _platform(self, fitted: dict[int, Interval], frequency: float) -> dict[str, Interval]:
         """Forcing, amplitude, phase, frequency: of a platform with A > 0."""
-        found, p = {}, profiles.estimate
-        if AMPLITUDE in self.free:
-            a = profiles.interval(AMPLITUDE, 0.0, math.inf)
-            part = float(p[FREQUENCY]) ** 2 / (math.pi * self.gravity)
+        found = {}
+        if AMPLITUDE in fitted:
+            a = fitted[AMPLITUDE]
+            part = frequency**2 / (math.pi * self.gravity)
             found["axial_forcing"] = Interval(part * a.value, part * a.low, part * a.high)
             found["axial_amplitude"] = a
-        phase = profiles.interval(PHASE, p[PHASE] - math.pi, p[PHASE] + math.pi)
-        found["forcing_phase"] = turned(phase)
-        if FREQUENCY in self.free:
-            w = profiles.interval(FREQUENCY, 0.0, math.inf)
+        found["forcing_phase"] = turned(fitted[PHASE])
+        if FREQUENCY in fitted:
+            w = fitted[FREQUENCY]
             found["frequency"] = Interval(*(x / math.tau for x in (w.value, w.low, w.high)))
         return found
+
+
+def _odds(evidence: float, other: float) -> float:
+    """Of a model for another one."""
+    return math.exp(min(evidence - other, _SURE)) if evidence > -math.inf else 0.0
 
 
 def _check(name: str, restitution: Interval, better: str) -> None:

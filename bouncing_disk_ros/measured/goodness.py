@@ -55,8 +55,8 @@ def probability_of(profiles: Profiles, speeds: Array) -> float:
     own, sizes, _ = np.linalg.svd(taken[:, told].T, full_matrices=False)
     own = own[:, sizes > 1e-9 * sizes.max(initial=0.0)]
     left -= (left @ own) @ own.T
-    rows = np.vstack([white[told], left])
-    odd = _statistics(rows, orders, profiles.data.is_absolute)
+    columns = np.column_stack([white[told], left.T])
+    odd = _statistics(columns, orders, profiles.data.is_absolute)
     smaller = [np.searchsorted(np.sort(column), column) for column in odd.T]
     least = 1.0 - np.max(smaller, axis=0) / len(odd)
     return float(np.mean(least <= least[0]))
@@ -87,15 +87,15 @@ def evidence_of(profiles: Profiles, odd: int) -> float:
     return evidence - 0.5 * count * math.log(max(profiles.count, 1)) - ODD * odd
 
 
-def _statistics(rows: Array, orders: list[NDArray[np.int64]], is_absolute: bool) -> Array:
-    """(M, statistics) of residuals (M, n): the larger, the odder."""
-    squares = np.sum(rows**2, axis=1)
-    columns = [np.abs(np.sum(np.diff(rows[:, order]) ** 2, axis=1) / squares - 2.0)
-               for order in orders]  # fmt: skip
-    columns.append(np.max(rows**2, axis=1) / squares)
+def _statistics(columns: Array, orders: list[NDArray[np.int64]], is_absolute: bool) -> Array:
+    """(M, statistics) of residuals (n, M): the larger, the odder."""
+    squares = np.sum(columns**2, axis=0)
+    found = [np.abs(np.sum(np.diff(columns[order], axis=0) ** 2, axis=0) / squares - 2.0)
+             for order in orders]  # fmt: skip
+    found.append(np.max(columns**2, axis=0) / squares)
     if is_absolute:
-        columns.append(squares)
-    return np.column_stack(columns)
+        found.append(squares)
+    return np.column_stack(found)
 
 
 def _whitened(profiles: Profiles, node: Node) -> tuple[Array, Array]:

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bouncing_disk_ros.measured.kernels.rest_laws import DRAG, RESTITUTION, SLOPE
-from bouncing_disk_ros.measured.profiles import Array, Interval, Model, Profiles
+from bouncing_disk_ros.measured.profiles import Array, Interval, Profiles
 
 
 @dataclass(frozen=True)
@@ -60,13 +61,11 @@ class Law:
 def laws_of(constant: Profiles) -> tuple[Law, ...]:
     """The constant restitution as it was fitted, one that falls with the speed, and drag."""
     found = [_law("constant", "a constant restitution", constant, ())]
-    for name, text, index in (
-        ("slope", "a restitution that depends on the speed", SLOPE),
-        ("drag", "a constant restitution with drag", DRAG),
-    ):
-        model = replace(constant.model, free=(RESTITUTION, index))
-        if constant.data.count > len(model.free):
-            found.append(_law(name, text, _fitted(constant, model), (index,)))
+    others = [("slope", "a restitution that depends on the speed", constant, (SLOPE,)),
+              ("drag", "a constant restitution with drag", constant, (DRAG,))]  # fmt: skip
+    if constant.data.count > 2:
+        with ThreadPoolExecutor() as pool:  # the kernels let go of the GIL
+            found += pool.map(lambda one: _law(*one), others)
     return tuple(found)
 
 
@@ -85,17 +84,18 @@ def _is_without_0(law: Law) -> bool:
     return own.low > 0.0 or own.high < 0.0
 
 
-def _fitted(constant: Profiles, model: Model) -> Profiles:
-    return Profiles(constant.data, model, constant.estimate)
-
-
-def _law(name: str, text: str, profiles: Profiles, own: tuple[int, ...]) -> Law:
-    parameters = {"restitution": profiles.interval(RESTITUTION, 0.0, math.inf)}
+def _law(name: str, text: str, constant: Profiles, own: tuple[int, ...]) -> Law:
+    profiles = constant
+    if own:
+        model = replace(constant.model, free=(RESTITUTION, *own))
+        profiles = Profiles(constant.data, model, constant.estimate)
+    ranges = {RESTITUTION: (0.0, math.inf), **dict.fromkeys(own, (-math.inf, math.inf))}
+    eps, *others = profiles.intervals(ranges)
+    parameters = {"restitution": eps}
     if SLOPE in own:
-        parameters["slope"] = profiles.interval(SLOPE, -math.inf, math.inf)
+        parameters["slope"] = others[0]
     if DRAG in own:
-        found = profiles.interval(DRAG, -math.inf, math.inf)
-        drag = Interval(*(max(x, 0.0) for x in (found.value, found.low, found.high)))
+        drag = Interval(*(max(x, 0.0) for x in (others[0].value, others[0].low, others[0].high)))
         speeds = [math.sqrt(profiles.model.gravity / x) if x > 0.0 else math.inf
                   for x in (drag.value, drag.high, drag.low)]  # fmt: skip
         parameters |= {"drag": drag, "terminal_speed": Interval(*speeds)}

@@ -201,20 +201,27 @@ def flown_on(p: Array, g: float, last: Array, restitutions: Array) -> Array:
 
     The platform vibrates with parameters p.
     """
-    from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
+    from bouncing_disk_ros.maps.axial_map import (
+        MAP_REST,
+        ORBIT_DELAY,
+        ORBIT_KIND,
+        ORBIT_TAU,
+        ORBIT_W,
+        axial_orbit,
+    )
 
     (before, at), found = last, []
     w, a = p[FREQUENCY], abs(p[AMPLITUDE])
     phase = p[PHASE] + (math.pi if p[AMPLITUDE] < 0.0 else 0.0)
     here, there = w * at + phase, w * before + phase
     fall = a * (math.sin(here) - math.sin(there)) / (at - before) - 0.5 * g * (at - before)
-    speed = (fall - a * w * math.cos(here)) * w / (math.pi * g)
-    state = MapState(here, min(speed, 0.0))
+    tau, speed = here % math.tau, min((fall - a * w * math.cos(here)) * w / (math.pi * g), 0.0)
+    forcing, row = a * w * w / (math.pi * g), np.zeros((1, ORBIT_KIND + 1))
     for restitution in restitutions:
-        step = NextCollisionMap(a * w * w / (math.pi * g), float(restitution)).orbit(state, 1)
-        if not len(step.delay):
+        axial_orbit(tau, speed, forcing, float(restitution), 1, row)
+        if row[0, ORBIT_KIND] == MAP_REST:
             break
-        at += step.delay[0] / w
+        tau, speed = row[0, ORBIT_TAU], row[0, ORBIT_W]
+        at += row[0, ORBIT_DELAY] / w
         found.append(at)
-        state = MapState(step.forcing_phase[0], step.axial_impact_velocity[0])
     return np.array(found)

@@ -24,7 +24,8 @@ such ridge.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
@@ -499,6 +500,12 @@ class Profiles:
             self._end(index, value, width, high, 1.0 - tail),
         )
 
+    def intervals(self, ranges: Mapping[int, tuple[float, float]]) -> list[Interval]:
+        """Those of free parameters within ranges, side by side: the kernels let go of the GIL."""
+        _ = self.ridges  # which all of them need
+        with ThreadPoolExecutor() as pool:
+            return list(pool.map(lambda index: self.interval(index, *ranges[index]), ranges))
+
     def _end(self, index: int, value: float, step: float, bound: float, wanted: float) -> float:
         """Where the confidence distribution is `wanted`; the bound if it is not up to there."""
         below, confidence = wanted < 0.5, self.confidence(index)
@@ -514,7 +521,7 @@ class Profiles:
             inner, outer = outer, outer + 2.0 * (outer - inner)
         if (confidence(inner) > wanted) != below:
             return inner
-        return _crossing(confidence, wanted, inner, outer, 1e-3 * abs(step))
+        return _crossing(confidence, wanted, inner, outer, 1e-2 * abs(step))
 
     def confidence(self, index: int) -> Callable[[float], float]:
         """The confidence distribution of a free parameter: a function from 0 to 1."""

@@ -54,9 +54,9 @@ class ImpactFit:
     impacts, or if the residuals are rounding of the times. `possible`: probability that no flight
     goes below the platform. `other_frequency`: a frequency that the times fit better than the
     one of the fit, Hz, or nan. `rival`: a multiple of the frequency that these data do not exclude,
-    Hz, or nan. `chance`: probability, at most, that hits of no law have flights as
-    likely as these; nan with too few impacts. `second`: the fit of rejected hits, where they are
-    flights of a second disk.
+    Hz, 0 for a platform at rest, or nan. `chance`: probability, at most, that hits of no law have
+    flights as likely as these; nan with too few impacts. `second`: the fit of rejected hits, where
+    they are flights of a second disk.
     `untold`: parameters that these data do not tell. `laws`: at rest, laws of the restitution with
     their evidence, the constant one first. `prediction`: impacts to come, with a constant one.
     `sound`: where the hits were heard, or None.
@@ -125,8 +125,8 @@ class ImpactFit:
             return f"two sequences: of {len(self.rejected)} rejected hits, some have ε = {other}"
         if self.other_frequency > 0.0:
             return f"the model does not hold: the times fit {self.other_frequency:.5g} Hz better"
-        if self.rival > 0.0:
-            return f"the model cannot be tested by these impacts: {self.rival:.5g} Hz explains them"
+        if self.rival >= 0.0:
+            return f"the model cannot be tested by these impacts: {self._other} explains them"
         if self.possible < LEVEL:
             what = "the model does not hold" if self.possible < REFUTED else "the model is doubtful"
             return f"{what}: flights go below the platform"
@@ -163,9 +163,9 @@ class ImpactFit:
             allowed = f"{self.other_frequency:.5g} Hz, which the times fit better"
             hint = "Is the frequency right? Was the disk in contact? frequency_error fits it."
             raise InputError("preset", f"{self.frequency:g} Hz", allowed, hint)
-        if self.rival > 0.0:
-            given = f"{self.frequency:g} Hz, while {self.rival:.5g} Hz explains these impacts too"
-            allowed = "impacts that exclude multiples of the frequency"
+        if self.rival >= 0.0:
+            given = f"{self.frequency:g} Hz, while {self._other} explains these impacts too"
+            allowed = "impacts that exclude multiples of the frequency, and a platform at rest"
             raise InputError("preset", given, allowed, "Record a transient, or more impacts.")
         if self.possible < LEVEL:
             given = f"flights above the platform with the probability {self.possible:.2g}"
@@ -190,6 +190,11 @@ class ImpactFit:
             values |= {"axial_amplitude": 0.0, "angular_amplitude": 0.0}
             values["initial_height"] = height
         return dict(values)
+
+    @property
+    def _other(self) -> str:
+        """The motion that these data do not exclude, in words."""
+        return f"{self.rival:.5g} Hz" if self.rival else "a platform at rest"
 
     def write_preset(self, file: str | Path) -> None:
         """Write the preset as a YAML file, for `preset:=FILE`. Raises InputError as `preset`."""

@@ -11,6 +11,7 @@ one costs `ODD`.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -78,27 +79,39 @@ class Chain:
         )
 
 
-def chain_of(times: Array, candidates: Array, gravity: float, dead_time: float = 0.0) -> Chain:
-    """The likeliest chain under candidates (M, 6) for ε, A, φ, ω, 0, 0."""
+def chain_of(
+    times: Array, candidates: Array, gravity: float, dead_time: float = 0.0,
+    least: float = -math.inf,
+) -> Chain:  # fmt: skip
+    """The likeliest chain under candidates (M, 6) for ε, A, φ, ω, 0, 0.
+
+    One of no hits, with evidence -inf, if none has more than the least evidence.
+    """
     tried = np.repeat(candidates, len(_ERRORS), axis=0)
     errors, count = np.tile(_ERRORS, len(candidates)), len(times)
     kept, contacts = np.empty(count, np.int64), np.empty(count, np.int64)
     missed, found = np.empty(2 * count), np.empty(4, np.int64)
-    cost = likeliest_chain(times, tried, errors, gravity, dead_time, kept, missed, contacts, found)
+    cost = likeliest_chain(
+        times, tried, errors, gravity, dead_time, -least, kept, missed, contacts, found
+    )
+    if not cost < math.inf:
+        return Chain(kept[:0], missed[:0], contacts[:0], tried[0], -math.inf)
     best, *counts = (int(x) for x in found)
     kept, missed, contacts = kept[: counts[0]][::-1], missed[: counts[1]], contacts[: counts[2]]
     return Chain(kept, missed, np.searchsorted(kept, contacts[::-1]), tried[best], -cost)
 
 
-def at_rest(times: Array, gravity: float, dead_time: float = 0.0) -> Chain:
+def at_rest(
+    times: Array, gravity: float, dead_time: float = 0.0, least: float = -math.inf
+) -> Chain:
     """The likeliest chain on a platform at rest, for any restitution, also one ε - ε₁v."""
     fastest = 0.5 * gravity * float(np.diff(times).max(initial=0.0))
     slopes = _CHANGES / max(fastest, 1e-9)
     tried = np.linspace(0.02, 0.99, 98)
     ratios = np.diff(times)[1:] / np.diff(times)[:-1]
     tried = tried[np.argsort(np.abs(tried - np.median(ratios)), kind="stable")]  # likely ones first
-    found = chain_of(times[:_FIRST], _still(tried, slopes), gravity, dead_time)
-    if len(times) <= _FIRST:
+    found = chain_of(times[:_FIRST], _still(tried, slopes), gravity, dead_time, least)
+    if len(times) <= _FIRST or not len(found.kept):
         return found
     near = found.parameters[RESTITUTION] + np.linspace(-0.01, 0.01, 5)
     return chain_of(times, _still(near, found.parameters[[SLOPE]]), gravity, dead_time)

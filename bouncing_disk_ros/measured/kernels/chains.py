@@ -35,6 +35,8 @@ _FAR = 600.0
 """Of half a squared deviation: beyond it nothing is likelier than something else."""
 _GRID = 64
 """Points of a flight where its height is looked at."""
+_GRAZE = 1e-6
+"""Least speed of a landing, in parts of the change of speed in the flight."""
 _STEPS = 4
 """Of Newton's method, from the middle of a part: quadratic, so far below the least error."""
 _MOST = log(0.2 / _NARROW + 0.2 / _WIDE)
@@ -55,12 +57,19 @@ def _platform(own: NDArray[np.float64], at: float) -> tuple[float, float]:
 
 
 @kernel
-def _takeoff(before: float, at: float, own: NDArray[np.float64], g: float) -> float:
-    """Velocity after the landing of a flight."""
+def _takeoff(
+    before: float, at: float, own: NDArray[np.float64], g: float
+) -> tuple[float, float, float]:
+    """Velocity after the landing of a flight, and its derivatives by the end and the begin."""
+    start, begun = _platform(own, before)
     end, speed = _platform(own, at)
     duration = at - before
-    fall = (end - _platform(own, before)[0]) / duration - 0.5 * g * duration - speed
-    return speed - (own[RESTITUTION] + own[SLOPE] * fall) * fall
+    mean, bend = (end - start) / duration, -own[FREQUENCY] * own[FREQUENCY] * end
+    fall = mean - 0.5 * g * duration - speed
+    eps = own[RESTITUTION] + 2.0 * own[SLOPE] * fall
+    by_end = bend - eps * ((speed - mean) / duration - 0.5 * g - bend)
+    by_begin = -eps * ((mean - begun) / duration + 0.5 * g)
+    return speed - (own[RESTITUTION] + own[SLOPE] * fall) * fall, by_end, by_begin
 
 
 @kernel
@@ -87,14 +96,43 @@ def _landing(before: float, takeoff: float, own: NDArray[np.float64], g: float) 
     return before + since
 
 
+@rare_kernel
+def _moved(
+    before: float,
+    landing: float,
+    takeoff: float,
+    moves: NDArray[np.float64],
+    own: NDArray[np.float64],
+    g: float,
+) -> float:
+    """How far errors of one move a hit and its landing apart.
+
+    Replaces moves (2, 2) of the begin of the flight and of its take-off velocity by those of the
+    landing and of the take-off there: by the time of the hit before it, and by the one before that.
+    """
+    began = _platform(own, before)[1]
+    end, speed = _platform(own, landing)
+    duration = landing - before
+    fall, bend = takeoff - g * duration - speed, -own[FREQUENCY] * own[FREQUENCY] * end
+    eps, total = own[RESTITUTION] + 2.0 * own[SLOPE] * fall, 1.0
+    for i in range(2):
+        start, up = moves[0, i], moves[1, i]
+        at = ((began - speed - fall) * start + duration * up) / max(-fall, _GRAZE * g * duration)
+        moves[0, i] = at
+        moves[1, i] = bend * at - eps * (up - g * (at - start) - bend * at)
+        total += at * at
+    return sqrt(total)
+
+
 @kernel
 def _law(flight: float, error: float, times: float) -> tuple[float, float, float, float, float]:
     """Two sizes of the errors of a landing, their shares, and the logarithm of both together.
 
-    The density is in parts of one over the flight. `times`: by which the errors are larger.
+    The density is in parts of one over the flight. `error`: from those of times; `times`: by which
+    the errors of the law are larger.
     """
-    narrow = times * sqrt(error * error + (_NARROW * flight) ** 2)
-    wide = times * sqrt(error * error + (_WIDE * flight) ** 2)
+    narrow = sqrt(error * error + (times * _NARROW * flight) ** 2)
+    wide = sqrt(error * error + (times * _WIDE * flight) ** 2)
     near, far = max(flight, narrow) / (5.0 * narrow), max(flight, wide) / (5.0 * wide)
     return narrow, wide, near, far, log(near + far)
 
@@ -162,10 +200,12 @@ def _leave(
             slot, before = a * _SLOTS + _CONTACT, costs[j, best] + ODD * (1 + a)
             cost = _cost(since - flight, law, before, costs[k, slot])
             if cost < costs[k, slot]:
-                there = _platform(own, times[k])[1]
-                fall = speed - g * since - there
+                place, there = _platform(own, times[k])
+                fall, bend = speed - g * since - there, -w * w * place
                 costs[k, slot], sources[k, slot] = cost, best
-                takeoffs[k, slot] = there - own[RESTITUTION] * fall
+                takeoffs[k, slot, 0] = there - own[RESTITUTION] * fall
+                takeoffs[k, slot, 1] = bend + own[RESTITUTION] * (g + bend)
+                takeoffs[k, slot, 2] = 0.0
 
 
 @rare_kernel
@@ -185,13 +225,18 @@ def _go_on(
 
     A landing that has its hit is not missed.
     """
-    before, takeoff, spent = times[j], takeoffs[j, source], costs[j, source]
+    before, takeoff, spent = times[j], takeoffs[j, source, 0], costs[j, source]
+    moves = np.empty((2, 2))
+    moves[0, 0], moves[0, 1] = 1.0, 0.0
+    moves[1, 0], moves[1, 1] = takeoffs[j, source, 1], takeoffs[j, source, 2]
     for m in range(_MISSED):
         landing = _landing(before, takeoff, own, g)
         flight = landing - before
         if not flight > 0.0:
             return
-        law, is_reached = _law(flight, error, 1.0 + m), False
+        begun = sqrt(moves[0, 0] ** 2 + moves[0, 1] ** 2)
+        spread = _moved(before, landing, takeoff, moves, own, g)
+        law, is_reached = _law(flight, spread * error, 1.0 + m), False
         for k in range(j + 1, min(j + _SKIPPED + 1, times.size)):
             a, away = k - j - 1, times[k] - landing
             is_reached |= abs(away) < 2.0 * law[1]
@@ -200,10 +245,12 @@ def _go_on(
                 cost = _cost(away, law, spent + ODD * a, costs[k, slot])
                 if cost < costs[k, slot]:
                     costs[k, slot], sources[k, slot] = cost, source
-                    takeoffs[k, slot] = _takeoff(before, times[k], own, g)
+                    u, by_end, by_begin = _takeoff(before, times[k], own, g)
+                    takeoffs[k, slot, 0] = u
+                    takeoffs[k, slot, 1], takeoffs[k, slot, 2] = by_end, begun * by_begin
         if is_reached:
             return
-        takeoff = _takeoff(before, landing, own, g)
+        takeoff = _takeoff(before, landing, own, g)[0]
         before = landing
         if before - times[j] > dead:
             spent += ODD
@@ -223,8 +270,9 @@ def _chains(
 ) -> tuple[float, int, int]:
     """Fill the slots of all hits (N, slots); the least cost, and the hit and slot where it ends.
 
-    It stops where no chain can cost less than `most` any more: a chain has one of the last hits, or
-    begins after them, or has ended, and each later hit lowers its cost by `_MOST` at most.
+    takeoffs (N, slots, 3): with derivatives by the times of the hit and of the one before. It stops
+    where no chain can cost less than `most` any more: a chain has one of the last hits, or begins
+    after them, or has ended, and each later hit lowers its cost by `_MOST` at most.
     """
     costs[:], sources[:] = inf, -1
     separation = _separation(own, g)
@@ -234,7 +282,9 @@ def _chains(
             slot, cost = a * _SLOTS, ODD * (j - 1)
             if cost < costs[j, slot]:
                 costs[j, slot], sources[j, slot] = cost, -1
-                takeoffs[j, slot] = _takeoff(times[j - a - 1], times[j], own, g)
+                u, by_end, by_begin = _takeoff(times[j - a - 1], times[j], own, g)
+                takeoffs[j, slot, 0] = u
+                takeoffs[j, slot, 1], takeoffs[j, slot, 2] = by_end, by_begin
         best = np.argmin(costs[j])
         _leave(times, j, best, separation, own, error, g, costs, takeoffs, sources)
         for slot in range(costs.shape[1]):
@@ -250,8 +300,8 @@ def _chains(
 
 
 @entry(
-    f"float64({_ARRAY}, float64[:, ::1], {_ARRAY}, float64, float64, {_PLACES}, {_ARRAY}, "
-    f"{_PLACES}, {_PLACES})"
+    f"float64({_ARRAY}, float64[:, ::1], {_ARRAY}, float64, float64, float64, {_PLACES}, "
+    f"{_ARRAY}, {_PLACES}, {_PLACES})"
 )
 def likeliest_chain(
     times: NDArray[np.float64],
@@ -259,6 +309,7 @@ def likeliest_chain(
     errors: NDArray[np.float64],
     g: float,
     dead: float,
+    most: float,
     kept: NDArray[np.int64],
     missed: NDArray[np.float64],
     contacts: NDArray[np.int64],
@@ -266,18 +317,21 @@ def likeliest_chain(
 ) -> float:
     """Least cost of a chain under any of the candidates (G, 6) with errors of landings (G).
 
+    inf, and nothing is filled, if none costs less than `most`.
     Fills kept (N) and contacts (N) with hits of the chain, and those before a contact, from the
     last one on, missed (2N) with times of impacts without a hit, and found (4): the candidate, and
     how many there are of each.
     """
     slots = _SKIPPED * _SLOTS
-    costs, takeoffs = np.empty((times.size, slots)), np.zeros((times.size, slots))
+    costs, takeoffs = np.empty((times.size, slots)), np.zeros((times.size, slots, 3))
     sources = np.empty((times.size, slots), np.int64)
-    least, best = inf, 0
+    least, best = most, -1
     for i in range(errors.size):
         cost = _chains(times, candidates[i], errors[i], g, dead, least, costs, takeoffs, sources)[0]
         if cost < least:
             least, best = cost, i
+    if best < 0:
+        return inf
     own = candidates[best]
     _, j, slot = _chains(times, own, errors[best], g, dead, inf, costs, takeoffs, sources)
     found[:] = 0
@@ -292,10 +346,10 @@ def likeliest_chain(
             contacts[found[3]] = before
             found[3] += 1
         else:
-            at, takeoff = times[before], takeoffs[before, source]
+            at, takeoff = times[before], takeoffs[before, source, 0]
             for _ in range(m):
                 landing = _landing(at, takeoff, own, g)
-                takeoff = _takeoff(at, landing, own, g)
+                takeoff = _takeoff(at, landing, own, g)[0]
                 at = landing
                 missed[found[2]] = at
                 found[2] += 1

@@ -32,7 +32,7 @@ from bouncing_disk_ros.measured.kernels.rest_laws import (
 _ROUNDS = 200
 _LEAST_PART = 1e-3
 """Of a step."""
-_CLOSE = 1e-16
+_CLOSE = 1e-12
 """Squared steps in errors, per time: below it the mode is found."""
 _NEAR = 1e-6
 """The same where rounding ends the steps."""
@@ -157,7 +157,7 @@ def _unwhiten(low: NDArray[np.float64], r: NDArray[np.float64]) -> None:
 
 
 @rare_kernel
-def _solve(h: NDArray[np.float64], x: NDArray[np.float64]) -> bool:
+def solve(h: NDArray[np.float64], x: NDArray[np.float64]) -> bool:
     """Replace x by h⁻¹x; whether that exists."""
     n = x.size
     low = np.zeros((n, n))
@@ -231,7 +231,7 @@ def _step(
     _whiten(low, white)
     for i in range(by.size):
         by[i] = -_product(d[i], white) - pull[i]
-    if not _solve(h, by):
+    if not solve(h, by):
         return np.nan
     q, length = white.copy(), 0.0
     for i in range(by.size):
