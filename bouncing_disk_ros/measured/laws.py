@@ -6,6 +6,7 @@ laws have the same errors of times and the same scatter, so the densities of tim
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -66,7 +67,8 @@ def laws_of(constant: Profiles) -> tuple[Law, ...]:
     ):
         model = replace(constant.model, free=(RESTITUTION, index))
         if constant.data.count > len(model.free):
-            found.append(_law(name, text, _fitted(constant, model), (index,)))
+            with contextlib.suppress(np.linalg.LinAlgError):  # these data tell nothing of it
+                found.append(_law(name, text, _fitted(constant, model), (index,)))
     return tuple(found)
 
 
