@@ -1015,3 +1015,9 @@ def test_what_cannot_be_fitted_is_one_line_and_nothing_is_written(
         assert shown.err.count("\n") == 1, (name, shown.err)
         assert shown.out == ""
     assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_times_that_tell_nothing_of_another_law_are_fitted_without_it() -> None:
+    """A singular matrix was a traceback."""
+    fit = fit_impacts([1.0, 2.0, 3.0, 5.0, 6.0, 8.0])
+    assert 1 <= len(fit.laws) < 3
