@@ -392,7 +392,7 @@ class Profiles:
 
     def _log_weight(self, node: Node) -> float:
         """Log of the restricted likelihood."""
-        if node.squares >= _FAILED:
+        if node.squares >= _FAILED or not np.isfinite(node.information).all():
             return -math.inf
         h = node.information + np.diag(
             (self.scale(node) / self._ranges(node, self.model.free)) ** 2

@@ -19,15 +19,16 @@ from bouncing_disk_ros.run.presets import load_preset
 FACTOR = ParameterValue(type=3, double_value=0.5)
 FADE = ParameterValue(type=3, double_value=0.25)
 CLOCK = ParameterValue(type=1, bool_value=True)
+FREE = ParameterValue(type=4, string_value="off")
 SWUM = complete(load_preset("swum"))
 DISK = [ParameterValue(type=3, double_value=float(SWUM[name])) for name in Disk._fields]
 
 
 def test_an_answer_gives_the_values_asked_for() -> None:
     disk = [SWUM[name] for name in Disk._fields]
-    assert answered([FACTOR, FADE, CLOCK, *DISK]) == [0.5, 0.25, True, *disk]
+    assert answered([FACTOR, FADE, CLOCK, FREE, *DISK]) == [0.5, 0.25, True, "off", *disk]
     whole = ParameterValue(type=2, integer_value=2)
-    assert answered([whole, FADE, CLOCK, *DISK]) == [2.0, 0.25, True, *disk]
+    assert answered([whole, FADE, CLOCK, FREE, *DISK]) == [2.0, 0.25, True, "off", *disk]
 
 
 @pytest.mark.parametrize(
@@ -36,13 +37,13 @@ def test_an_answer_gives_the_values_asked_for() -> None:
         [],
         [FACTOR, FADE],
         [FACTOR, FADE, CLOCK, CLOCK],
-        [ParameterValue(type=99), FADE, CLOCK],
-        [ParameterValue(type=0), FADE, CLOCK],
-        [ParameterValue(type=4, string_value="fast"), FADE, CLOCK],
-        [ParameterValue(type=3, double_value=float("nan")), FADE, CLOCK],
-        [ParameterValue(type=3, double_value=-1.0), FADE, CLOCK],
-        [ParameterValue(type=8, double_array_value=array("d", [1.0])), FADE, CLOCK],
-        [FACTOR, FADE, ParameterValue(type=3, double_value=1.0)],
+        [ParameterValue(type=99), FADE, CLOCK, FREE],
+        [ParameterValue(type=0), FADE, CLOCK, FREE],
+        [ParameterValue(type=4, string_value="fast"), FADE, CLOCK, FREE],
+        [ParameterValue(type=3, double_value=float("nan")), FADE, CLOCK, FREE],
+        [ParameterValue(type=3, double_value=-1.0), FADE, CLOCK, FREE],
+        [ParameterValue(type=8, double_array_value=array("d", [1.0])), FADE, CLOCK, FREE],
+        [FACTOR, FADE, ParameterValue(type=3, double_value=1.0), FREE],
     ],
 )
 def test_any_other_answer_is_none(first: list[Any]) -> None:

@@ -117,7 +117,7 @@ def test_a_coarse_diagram_does_not_take_the_place_of_a_fine_one_which_a_zoom_doe
     pane = opened.pane
     across = pane._figure.x_range
     coarse = there(diagram(0.5, across.start, across.end, 20))
-    pane._show(coarse, images(coarse, 0.0, math.tau), (0.0, math.tau), 0.1)
+    pane._show((0.0, math.tau), (coarse, images(coarse, 0.0, math.tau)), 0.1)
     (image,) = pane._images[0].data["image"]
     assert image.shape == (ROWS, FULL)
     opened.pane._figure.x_range.update(start=0.52, end=0.56)
