@@ -43,6 +43,8 @@ WITHOUT_CHECKSUMS = 2
 DIGEST, REGIONS = "digest", "regions"
 """Attributes: SHA-256 of all metadata; the axes that are cut, with the length of a region along
 each."""
+EARLIER = "digests"
+"""That of stores of version 0.3.0, in place of DIGEST: their chunks alone are checked."""
 CONTEXT, BYTES = "context", "bytes"
 """The group of what all regions need, which xarray does not show, and the array in it."""
 DONE, REGION = "region_done", "region"
@@ -91,7 +93,7 @@ def contents(field: str, path: Path) -> Contents:
             digest = metadata_digest(path)
             group = zarr.open_group(str(path), mode="r", zarr_format=3, use_consolidated=False)
             sealed = group.attrs["identity"].get("format") != WITHOUT_CHECKSUMS
-            if not sealed or group.attrs[DIGEST] == digest:
+            if not sealed or EARLIER in group.attrs or group.attrs[DIGEST] == digest:
                 nodes = dict(group.members(max_depth=1))
                 arrays = {name: one for name, one in nodes.items() if isinstance(one, zarr.Array)}
                 if DONE in arrays and all(_fits(one, sealed=sealed) for one in arrays.values()):
@@ -476,7 +478,7 @@ def open_result(path: str | Path) -> xr.Dataset:
 def opened(path: Path) -> xr.Dataset:
     """Open a store that was checked."""
     result = xr.open_zarr(str(path), consolidated=False, chunks=None)
-    for name in (DIGEST, REGIONS):
+    for name in (DIGEST, EARLIER, REGIONS):
         result.attrs.pop(name, None)
     return result
 

@@ -5,8 +5,10 @@ Every wait is for a condition: nothing is sent before the other side is matched,
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable
+from contextlib import redirect_stderr
 from typing import Any
 
 import rclpy
@@ -29,7 +31,8 @@ class Nodes:
     def __init__(self) -> None:
         self.context = rclpy.Context()
         rclpy.init(context=self.context, args=[], signal_handler_options=SignalHandlerOptions.NO)
-        self.executor = (EventsExecutor or SingleThreadedExecutor)(context=self.context)
+        with redirect_stderr(sys.__stderr__):  # it wants a file, which that of `pytest -s` is not
+            self.executor = (EventsExecutor or SingleThreadedExecutor)(context=self.context)
         self.nodes: list[Node] = []
 
     def new_node(self, name: str, **options: Any) -> Node:

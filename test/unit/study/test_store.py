@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 from pathlib import Path
@@ -78,6 +79,24 @@ def test_what_was_damaged_is_named_and_only_that_is_computed(tmp_path: Path) -> 
         run(Products(VALUES), tmp_path / "r.zarr")
     assert sorted(Products.computed) == [-1, 5, 9]
     open_result(tmp_path / "r.zarr")
+
+
+def test_a_store_of_version_0_3_0_is_read_and_its_chunks_are_checked(
+    store: tuple[Study, Path, xr.Dataset], tmp_path: Path
+) -> None:
+    """It had a digest of each array in place of one of all metadata."""
+    study, whole_path, expected = store
+    path = shutil.copytree(whole_path, tmp_path / "r.zarr")
+    root = json.loads((path / "zarr.json").read_text())
+    del root["attributes"]["digest"]
+    root["attributes"]["digests"] = {".": "0" * 64}
+    (path / "zarr.json").write_text(json.dumps(root))
+    assert set(open_result(path).attrs) == set(open_result(whole_path).attrs)
+    found = there(run(study, path))
+    xr.testing.assert_equal(found.load(), expected)
+    chunk = next(file for file in sorted(path.glob("product/c/*/*")) if file.is_file())
+    chunk.write_bytes(chunk.read_bytes()[:-1])
+    refused("Damaged: part", open_result, path)
 
 
 def test_a_damaged_part_of_a_sequence_is_computed_from_the_one_before(tmp_path: Path) -> None:
