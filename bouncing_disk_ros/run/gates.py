@@ -180,9 +180,9 @@ class Gates:
     def answer(self, values: Iterable[int], number: int | None = None) -> None:
         """An answer [controller, gate, inputs], `number` as its publisher counts.
 
-        InputError for one that is none, or can never come true. One to a closed gate changes
-        nothing. One that was on its way when its gate was replaced counts at the new one. Of
-        several to one gate the first holds, unless another publisher sends it: that is the
+        InputError for one that is none, or can never come true. One to a gate that was opened
+        changes nothing. One that was on its way when its gate was replaced counts at the new one.
+        Of several to one gate the first holds, unless another publisher sends it: that is the
         controller, started again.
         """
         given = list(values)
