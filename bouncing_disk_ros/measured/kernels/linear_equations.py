@@ -49,34 +49,6 @@ def _stepped(
             values[i] += x[i] / sizes[i]
 
 
-@rare_kernel
-def _median(values: NDArray[np.float64]) -> float:
-    """Of values (N), which change their order: by partitions around one of them (Hoare)."""
-    n = values.size
-    middle, low, high = n // 2, 0, n - 1
-    while low < high:
-        pivot, i, j = values[middle], low, high
-        while i <= j:
-            while values[i] < pivot:
-                i += 1
-            while pivot < values[j]:
-                j -= 1
-            if i <= j:
-                values[i], values[j] = values[j], values[i]
-                i += 1
-                j -= 1
-        if j < middle:
-            low = i
-        if middle < i:
-            high = j
-    if n % 2:
-        return values[middle]
-    below = values[0]
-    for i in range(1, middle):
-        below = max(below, values[i])
-    return 0.5 * (below + values[middle])
-
-
 @entry(f"void({_EQUATIONS}, float64[::1], float64[::1], float64[:, ::1])")
 def least_absolute(
     up: NDArray[np.float64],
@@ -140,7 +112,7 @@ def redescended(
                     slopes[j, 1 + i] = up[j, i] + found[0] * down[j, i]
                 rest[j] += found[0] * slopes[j, 0]
                 weights[j] = abs(rest[j])
-            scale = max(_median(weights), least)
+            scale = max(np.median(weights), least)
             for j in range(n):
                 weights[j] = scale * scale / (scale * scale + rest[j] * rest[j])
             _stepped(slopes, rest, weights, found)
