@@ -40,7 +40,7 @@ LEVELS = {
     "bench": ("run", "test", "bench"),
     "interop": ("run", "test", "interop"),
 }
-#: modules whose kernels `make` compiles: what a run needs, and what trajectories and studies do
+#: modules whose kernels `make` compiles: what a run needs; then trajectories, studies and fits
 KERNELS = (
     "core.engine",
     "core.offset_extremes",
@@ -53,6 +53,8 @@ KERNELS = (
     "maps.orbit_kernels",
     "motor_study.motor_cell",
     "juggling.kernels.loop_kernel",
+    "measured.kernels.chains",
+    "measured.kernels.linear_equations",
 )
 APT_LINE = "sudo apt install git make python3 python3-venv"
 

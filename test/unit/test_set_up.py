@@ -17,6 +17,8 @@ from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
 from packaging.utils import canonicalize_name
 
+from bouncing_disk_ros.kernel_cache import KERNEL_FOLDERS
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -214,3 +216,9 @@ def test_installed_pins_are_for_the_oldest_interpreters() -> None:
     if seen < len(pins) // 2:
         pytest.skip("this environment is not made from constraints.txt")
     assert refused == []
+
+
+def test_make_compiles_kernels_of_each_folder_that_has_some(set_up: ModuleType) -> None:
+    """Each of the suite's workers compiled those of fits."""
+    folders = {name.rpartition(".")[0].replace(".", "/") for name in set_up.KERNELS}
+    assert folders >= {*KERNEL_FOLDERS}
