@@ -39,7 +39,7 @@ def curve_family(
     cannot be followed is in `lost`, and the others are computed all the same. Raises InputError for
     an empty window, or a point outside it.
 
-    >>> curve_family(NextCollisionMap(0.45, 0.5), doublings=0, largest_step=0.05)
+    >>> curve_family(NextCollisionMap(0.45, 0.5), Window((0.4, 0.6), (0.4, 0.6)), doublings=0)
     """
     window = (window or Window()).checked()
     for name, value, (low, high) in zip(

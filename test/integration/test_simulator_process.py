@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
-from std_srvs.srv import Trigger
+from std_srvs.srv import SetBool, Trigger
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
@@ -40,14 +40,10 @@ def simulator(start: Starter, *parameters: str, arguments: tuple[str, ...] = ())
     return start("simulator", "--ros-args", *given, *arguments)
 
 
-def ended_well(process: Process, number: int = signal.SIGINT) -> None:
-    assert process.end(number) == 0
-    assert "Traceback" not in process.output
-    assert "rror" not in process.stderr
-
-
-def test_commands_lost_on_the_way_are_counted(start: Starter, peer: Peer) -> None:
-    process = simulator(start)
+def test_commands_lost_are_counted_and_a_signal_ends_a_step_that_would_take_hours(
+    start: Starter, peer: Peer
+) -> None:
+    process = simulator(start, "step_periods:=1000000", "restitution:=0.99")
     peer.settle()
     peer.publish("platform/axial_amplitude", Float64(data=0.03))
     peer.wait_for_record("motion")
@@ -64,21 +60,15 @@ def test_commands_lost_on_the_way_are_counted(start: Starter, peer: Peer) -> Non
     peer.spin_until(lambda: counted()[0] + int(counted()[1]) == 401)
     assert int(counted()[1]) > 0
     process.wait_for("inputs: .*; [0-9]+ commands were lost on the way: send them more slowly")
-    assert process.end() == 0
-    assert "Traceback" not in process.output
-
-
-# --- start and end --------------------------------------------------------------------------------
-
-
-def test_a_signal_ends_a_step_that_would_take_hours(start: Starter, peer: Peer) -> None:
-    process = simulator(start, "start_paused:=true", "step_periods:=1000000", "restitution:=0.99")
-    peer.settle()
+    assert peer.call(SetBool, "pause", SetBool.Request(data=True)).success
     client = peer.node.create_client(Trigger, "bouncing_disk/step")
     peer.spin_until(client.service_is_ready)
     client.call_async(Trigger.Request())
-    peer.spin_until(lambda: len(peer.rows) > 100)
-    ended_well(process, signal.SIGTERM)
+    rows = len(peer.rows)
+    peer.spin_until(lambda: len(peer.rows) > rows + 100)
+    assert process.end(signal.SIGTERM) == 0
+    assert "Traceback" not in process.output
+    assert "rror" not in process.stderr
 
 
 def test_a_lifecycle_shutdown_ends_the_process(start: Starter, peer: Peer) -> None:

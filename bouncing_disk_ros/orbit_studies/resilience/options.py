@@ -30,7 +30,7 @@ _NAMED = 5
 _FUNCTION = """\
 Fatal impulses and timing errors, times and shares of each attractor over a parameter.
 
->>> resilience(begin=0.4, end=0.45, count=2, samples=20)["line_least_fatal_impulse"]
+>>> resilience(begin=0.4, end=0.45, count=2, samples=10)["line_least_fatal_impulse"]
 """
 _SPECS = (
     Spec("along", "axial_forcing", "", "the parameter of the axis: axial_forcing or restitution"),

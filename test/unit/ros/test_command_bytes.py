@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from geometry_msgs.msg import WrenchStamped
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import Float64, Header
@@ -32,6 +32,7 @@ from bouncing_disk_ros.run.command_validation import ImpulseRequest, PointReques
 from bouncing_disk_ros.run.trajectory_validation import TrajectoryPoint, TrajectoryRequest
 from bouncing_disk_ros.topics import MOTION_NAMES, OFFSET_JOINTS
 from bouncing_disk_ros.units import NS
+from reference.cases import examples
 from support.checks import refused
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
@@ -122,6 +123,7 @@ def same(first: tuple[float, ...], second: Any) -> bool:
     return struct.pack(f"{len(first)}d", *first) == struct.pack(f"{len(second)}d", *second)
 
 
+@settings(max_examples=examples(30))
 @given(trajectories())
 def test_every_field_is_read_as_rclpy_reads_it(sent: JointTrajectory) -> None:
     data = serialize_message(sent)

@@ -65,8 +65,8 @@ PLANE: dict[str, Value] = {"x_begin": 0.25, "x_end": 0.53, "x_count": 5, "y_begi
                            "y_end": 0.5, "y_count": 3, "settling": 3000,
                            "measured": 256}  # fmt: skip
 MOTOR: dict[str, Value] = {
-    "x_axis": "preload", "x_begin": 28.0, "x_end": 32.0, "x_count": 5, "y_axis": "phase_lag",
-    "y_begin": -1.0, "y_end": 1.0, "y_count": 3,
+    "x_axis": "preload", "x_begin": 28.0, "x_end": 32.0, "x_count": 3, "y_axis": "phase_lag",
+    "y_begin": -1.0, "y_end": 1.0, "y_count": 2,
 }  # fmt: skip
 
 
@@ -78,7 +78,7 @@ MOTOR: dict[str, Value] = {
         ("bifurcation", STARTS, {"bifurcation.compute.LEAST_OF_A_REGION": 1,
                                  "bifurcation.compute.KEPT_OF_A_REGION": 1}),
         ("parameter_map", PLANE, {"parameter_map.compute.SIDES": (2, 2)}),
-        *[("motor", {**MOTOR, "start": start}, {"SIDE": 2, "POINTS_OF_A_REGION": 9})
+        *[("motor", {**MOTOR, "start": start}, {"SIDE": 2, "POINTS_OF_A_REGION": 4})
           for start in ("period-1", "followed")],
     ],
 )  # fmt: skip
