@@ -88,8 +88,10 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 # --- tables of text -------------------------------------------------------------------------------
 _COMMA_NUMBER = r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?"
 """A number with a decimal comma, as some spreadsheets write it."""
-_NO_ROW = re.compile(r"#|sep=", re.IGNORECASE)
-"""Comments, and the line in which spreadsheets name their separator."""
+_CLOCK = re.compile(r"(?:(\d{1,9}):)?(\d{1,9}):(\d\d)[.,](\d+)", re.ASCII)
+"""hh:mm:ss.sss or mm:ss.sss."""
+_NO_ROW = re.compile(r"#|\\|sep=", re.IGNORECASE)
+"""Comments, frequencies of Audacity's labels, and the separator that spreadsheets name."""
 _CONTROLS = re.compile(rb"[\x00-\x08\x0e-\x1f]")
 _UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 _COMMA_NUMBERS = re.compile(rf"{_COMMA_NUMBER}(?:\s+{_COMMA_NUMBER})+")
@@ -104,8 +106,9 @@ def read_table(
     At most `most` bytes and `lines` lines. Lines before names that `is_header` knows are left out.
     Cells are separated by semicolons or tabs (then numbers may have decimal commas), else by
     commas, else by blanks, and may have quotes. The first line has names (in small letters then)
-    where it begins with no number; else there are none. UTF-8, UTF-16, or a Windows text. Lines of
-    separators alone are empty. InputError, naming `field`.
+    where it begins with no number; else there are none. Times of a clock, 0:01.25, become seconds.
+    UTF-8, UTF-16, or a Windows text. Lines of separators alone are empty. InputError, naming
+    `field`.
     """
     text = _decoded(field, path, read_bytes(field, path, most))
     if (count := text.count("\n")) > lines:
@@ -138,16 +141,22 @@ def _names(line: str) -> list[str]:
 
 def _cells(line: str) -> list[str]:
     """The cells of one line."""
-    line = line.rstrip(",;")
+    line, has_commas = line.rstrip(",;"), True
     if re.search(r"[;\t]", line) or _COMMA_NUMBERS.fullmatch(line):
         found = re.split(r"[;\t]" if re.search(r"[;\t]", line) else r"\s+", line)
-        bare = [cell.strip("\"' ") for cell in found]
-        return [x.replace(",", ".") if re.fullmatch(_COMMA_NUMBER, x) else x for x in bare]
-    if '"' in line and "," in line:
-        quoted = [cell.strip() for cell in next(csv.reader([line], skipinitialspace=True))]
-        return [x.replace(",", ".") if re.fullmatch(_COMMA_NUMBER, x) else x for x in quoted]
-    found = line.split(",") if "," in line else line.split()
-    return [cell.strip("\"' ") for cell in found]
+    elif '"' in line and "," in line:
+        found = next(csv.reader([line], skipinitialspace=True))
+    else:
+        found, has_commas = line.split(",") if "," in line else line.split(), False
+    return [_cell(text.strip("\"' "), has_commas) for text in found]
+
+
+def _cell(text: str, has_commas: bool) -> str:
+    """A cell with a decimal point in its number; a clock's time in seconds."""
+    if clock := _CLOCK.fullmatch(text):
+        hours, minutes, seconds, part = clock.groups(default="0")
+        return f"{3600 * int(hours) + 60 * int(minutes) + int(seconds)}.{part}"
+    return text.replace(",", ".") if has_commas and re.fullmatch(_COMMA_NUMBER, text) else text
 
 
 def number_of(text: str) -> float | None:

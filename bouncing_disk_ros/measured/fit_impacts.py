@@ -70,15 +70,15 @@ def _write_pages(fit: ImpactFit, files: Sequence[Path]) -> None:
     """Write the page, then figures, for which matplotlib is loaded."""
     from bouncing_disk_ros.measured.picture import headline_of, panels_of, tables_of
     from bouncing_disk_ros.regular_file import replaced
+    from bouncing_disk_ros.report.report_files import made_by
     from bouncing_disk_ros.report.report_html import html_page
 
     (title, subtitle), drawn = headline_of(fit), panels_of(fit)
-    about = f"Made by {NAME} of bouncing_disk_ros"
     for file in files:
         if sys.stdout.isatty():
             print(f"writing: {file}", end="\r", flush=True)
         if file.suffix == ".html":
-            page = html_page(title, subtitle, drawn, tables_of(fit), NAME, about)
+            page = html_page(title, subtitle, drawn, tables_of(fit), NAME, made_by(NAME))
             replaced(file, partial(Path.write_text, data=page, encoding="utf-8"))
         else:
             from bouncing_disk_ros.report.panel_page import panels_page, save_page

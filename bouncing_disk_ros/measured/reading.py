@@ -26,7 +26,7 @@ MOST_BYTES = 64 << 20
 _TEXTS = ("", ".csv", ".txt", ".tsv", ".dat")
 """Ends of names of texts: for them the library of sounds, 0.4 s, is not loaded."""
 _SHEETS = (".xlsx", ".xls", ".ods", ".numbers")
-_TIME_NAMES = ("time", "t", "times", "seconds", "s")
+_TIME_NAMES = ("time", "t", "times", "seconds", "s", "start", "onset")
 _UNITS = {
     1.0: ("s", "sec", "second", "seconds"), 1e-3: ("ms", "msec", "milliseconds"),
     1e-6: ("us", "\u00b5s", "\u03bcs", "microseconds"),
@@ -112,7 +112,8 @@ def checked(name: str, times: Array, errors: Array | None, resolution: float) ->
     if (np.diff(times) <= 0.0).any():
         at = int(np.flatnonzero(np.diff(times) <= 0.0)[0]) + 1
         given = f"{times[at]:.9g} after {times[at - 1]:.9g} at place {at + 1}"
-        raise InputError("times", given, _INCREASING)
+        hint = "Are these intervals? Add them up." if times[-1] < times[0] else ""
+        raise InputError("times", given, _INCREASING, hint)
     if errors is not None:
         errors = checked_errors(errors, times, "error")
     least = max(resolution, 4.0 * float(np.spacing(np.abs(times).max())))
@@ -138,6 +139,24 @@ def _from_text(path: Path, column: str) -> Recording:
     if path.suffix.lower() in _SHEETS:
         hint = "Save the sheet as a CSV file."
         raise InputError("recording", path.name, "a text, a sound or a bag", hint)
+    named, table = _table(path, column)
+    names, units = [_without_unit(name) for name in named], [_unit(name) for name in named]
+    if column.isdecimal() and number_of("".join(named[int(column) - 1 : int(column)])) is not None:
+        named, table = [], [named, *table]  # a line that begins with a text
+    if len(table) == 1 and len(table[0]) > 2:
+        raise InputError("recording", f"one line of {len(table[0])} numbers", "a time in each line")
+    place = _place(column, named, names, table)
+    times, decimals = _column(path, table, place)
+    unit = units[place] if place < len(units) else 1.0
+    errors = None
+    if "error" in names:
+        own = names.index("error")
+        errors = units[own] * _column(path, table, own)[0]
+    return checked(path.name, unit * times, errors, 0.5 * unit * 10.0**-decimals)
+
+
+def _table(path: Path, column: str) -> tuple[list[str], list[list[str]]]:
+    """Names of the columns with their units, and the cells of all lines."""
     known = {column.lower(), *_TIME_NAMES}
     named, table = read_table(
         "recording", path, MOST_BYTES, 2 * MOST_IMPACTS,
@@ -157,15 +176,7 @@ def _from_text(path: Path, column: str) -> Recording:
         with_units = [f"{name} {unit.lower()}" for name, unit in zip(named, table[0], strict=True)]
         if any(map(_UNIT.fullmatch, with_units)):  # a line of units below that of names
             named, table = with_units, table[1:]
-    names, units = [_without_unit(name) for name in named], [_unit(name) for name in named]
-    place = _place(column, named, names, table)
-    times, decimals = _column(path, table, place)
-    unit = units[place] if place < len(units) else 1.0
-    errors = None
-    if "error" in names:
-        own = names.index("error")
-        errors = units[own] * _column(path, table, own)[0]
-    return checked(path.name, unit * times, errors, 0.5 * unit * 10.0**-decimals)
+    return named, table
 
 
 def _is_one_number(cells: list[str]) -> bool:
@@ -214,8 +225,9 @@ def _column(path: Path, table: list[list[str]], place: int) -> tuple[Array, int]
         value = number_of(cells[place]) if place < len(cells) else None
         if value is None:
             given = f"{' '.join(cells)[:40]!r} in line {i + 1} of the table"
-            raise InputError("recording", given, "a text with a column of seconds",
-                             f"{path.name} is no such text.")  # fmt: skip
+            others = ", or the option column names another one" if len(cells) > 1 else ""
+            hint = f"{path.name} is no such text{others}."
+            raise InputError("recording", given, "a text with a column of seconds", hint)
         values[i] = value
         mantissa, _, power = cells[place].lower().partition("e")
         decimals = max(decimals, len(mantissa.partition(".")[2]) - int(power or 0))

@@ -40,11 +40,21 @@ def mark_of(maker: str) -> str:
     return f"{PACKAGE} {maker}"
 
 
+def made_by(maker: str) -> str:
+    """The sentence in each page that the executable `maker` has made, version 0.3.0 too."""
+    return f"Made by {maker} of {PACKAGE}"
+
+
 def check_ours(files: Iterable[Path], maker: str) -> None:
-    """InputError where a file stands that the executable `maker` has not made."""
-    marks = [mark.encode() for mark in (mark_of(maker), PRESET_MARK, TABLE_MARK)]
-    for file in files:
-        content = file.read_bytes() if file.is_file() else b""
+    """InputError where a file stands that the executable `maker` has not made.
+
+    Version 0.3.0 put the mark of bag_report into all figures. These belong to the page beside them.
+    """
+    marks = [mark.encode() for mark in (mark_of(maker), PRESET_MARK, TABLE_MARK, made_by(maker))]
+    contents = {file: file.read_bytes() if file.is_file() else b"" for file in files}
+    if any(marks[-1] in content for content in contents.values()):
+        marks.append(mark_of("bag_report").encode())
+    for file, content in contents.items():
         if file.is_dir() or (file.is_file() and not any(mark in content for mark in marks)):
             allowed = f"a new file, or one that {maker} has made"
             raise InputError("output", str(file), allowed, "Move it, or give another OUTPUT.")

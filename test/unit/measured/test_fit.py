@@ -752,6 +752,8 @@ def test_hits_are_fitted_or_rejected_though_chains_go_on_changing(
         ("0.1\n0.5\n1e400\n", "no finite number"),
         ("0.1\n0.5\n1_0\n", "'1_0' in line 3 of the table"),
         ("-1e12\n0.5\n1\n", "too large"),
+        ("0.45\n0.34\n0.25\n", "Are these intervals"),
+        ("0.3, 0.75, 1.09\n", "one line of 3 numbers"),
         ("0,5\n1,5\n2,4\n", "The comma may be a decimal sign"),
     ],
 )
@@ -816,6 +818,9 @@ def test_the_amplitude_is_positive() -> None:
         "Time in ms\n{4:.1f}\n{5:.1f}\n{6:.1f}\n{7:.1f}\n",
         '"time","level"\n"0,3000","1,0"\n"0,7500","2,0"\n"1,0875","3,0"\n"1,3406","4,0"\n',
         "Nr.;Zeit\n1;0,3000\n2;0,7500\n3;1,0875\n4;1,3406\n",
+        "{0:.4f}\t{0:.4f}\t\n\\\t90.0\t900.0\n{1:.4f}\t{1:.4f}\t\n{2:.4f}\t9\n{3:.4f}\t9\n",
+        "00:00:00.3000\n00:00:00.7500\n00:00:01.0875\n00:00:01.3406\n",
+        "Name\tStart\na\t0:00,3000\nb\t0:00,7500\nc\t0:01,0875\nd\t0:01,3406\n",
     ],
 )
 def test_a_text_is_read_as_spreadsheets_and_editors_of_sounds_write_it(
@@ -843,6 +848,13 @@ def test_a_text_of_a_spreadsheet_may_have_its_encoding(tmp_path: Path, encoding:
     (tmp_path / "times.xlsx").write_bytes(b"PK\x03\x04")
     with pytest.raises(InputError, match="Save the sheet as a CSV file"):
         recording_of(tmp_path / "times.xlsx")
+
+
+def test_the_first_line_of_a_column_that_is_asked_for_is_a_time(tmp_path: Path) -> None:
+    """It was taken for names where the line began with a text."""
+    file = tmp_path / "times.csv"
+    file.write_text("# name, start\na, 0.3\nb, 0.75\nc, 1.0875\n")
+    assert recording_of(file, 2).times == pytest.approx([0.3, 0.75, 1.0875])
 
 
 def test_errors_are_read_with_their_unit(tmp_path: Path) -> None:

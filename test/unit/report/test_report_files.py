@@ -48,6 +48,14 @@ def test_files_of_others_are_left_alone(tmp_path: Path) -> None:
     for content in (PRESET_MARK, TABLE_MARK, f"<meta {mark_of('fit_impacts')}>"):
         (tmp_path / "ours").write_text(content)
         check_ours([tmp_path / "ours"], "fit_impacts")
+    page, figure = tmp_path / "drop_fit.html", tmp_path / "drop_fit.png"  # of version 0.3.0
+    figure.write_text(mark_of("bag_report"))
+    about = f"<meta {mark_of('bag_report')}> Made by {{}} of bouncing_disk_ros"
+    page.write_text(about.format("bag_report"))
+    with pytest.raises(InputError, match=r"drop_fit\.html"):
+        check_ours([page, figure], "fit_impacts")
+    page.write_text(about.format("fit_impacts"))
+    check_ours([page, figure], "fit_impacts")
     (tmp_path / "theirs.yaml").write_text("/**: {ros__parameters: {mass: 1.0}}")
     with pytest.raises(InputError, match=r"theirs\.yaml.*one that fit_impacts has made"):
         check_ours([tmp_path / "theirs.yaml"], "fit_impacts")
