@@ -6,6 +6,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from bouncing_disk_ros.executables import loaded
+from bouncing_disk_ros.study.by_name import definition_of
+from reference import test_version_0_2_0
 from support import pinned_results as results
 from support.pinned_draws import PinnedRun, Runs, plain
 
@@ -57,6 +60,10 @@ STUDIES: dict[str, tuple[dict[str, Any], ...]] = {
         {"points": 17, "phase_lags": "0 0.3pi", "amplitude_angles": "0.1pi 0.2pi"},
         {"points": 16, "phase_lags": "1", "amplitude_angles": "0.7", "friction_radius": 0.2},
     ),
+    **{
+        name: (test_version_0_2_0.STUDIES[name],)
+        for name in ("curves", "motor", "manifolds", "resilience", "juggling")
+    },
 }  # fmt: skip
 
 MULTIPLE = {"preset": "pizza_multiple_toss"}
@@ -139,7 +146,9 @@ def runs() -> Runs:
             work = partial(studied, name, given)
             in_lanes = name not in ("bifurcation", "toss_paths") or "starts" in given
             title = f"{name} {number}"
-            yield PinnedRun("study", title, work, in_lanes, is_another=title in OTHERS)
+            is_another = title in OTHERS
+            revision = loaded(definition_of(name).study).revision
+            yield PinnedRun("study", f"{title}, revision {revision}", work, in_lanes, is_another)
     for name, given in BAGS.items():
         yield PinnedRun("bag", name, partial(bag_content, given))
     for name in ("defaults", "inputs of every kind"):

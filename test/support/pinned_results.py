@@ -86,6 +86,8 @@ def _kept(name: str, field: str, values: NDArray[Any]) -> Any:
         return nearly(values, 10)
     if name == "basin_shares":  # the best phase lag is where a maximum lies
         return nearly(values, 5)
+    if name in ("curves", "motor", "manifolds", "resilience", "juggling"):  # Newton's method
+        return nearly(values, 8)
     # the logarithms of an exponent are the C library's; a start's speed is its cosine
     inexact = field == "lyapunov_exponent" or (name == "parameter_map" and field.startswith("mean"))
     return nearly(values, 9) if inexact else values

@@ -26,6 +26,8 @@ _ABOVE = {
     "loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "fontsize": 8, "frameon": False,
     "borderaxespad": 0.0,
 }  # fmt: skip
+_LINES = 20
+"""Lines of equal value on each side of 0, at most: of more, every tenth is drawn."""
 _MEASURES = {
     "airborne_speed": (r"airborne speed $\dot{\alpha}_f$", "rad/s", "RdBu_r", 5.0),
     "speed_ratio": (r"speed ratio $\nu = \dot{\alpha}_f/(\omega\Phi)$", "1", "RdBu_r", 0.2),
@@ -78,6 +80,7 @@ def _map(
     axes.set_facecolor(_STAYS)
     drawn = {"cmap": colours, "norm": norm, "rasterized": True}
     image = axes.pcolormesh(edges_of(x), edges_of(y), z, **drawn)
+    step *= 10.0 ** max(0, math.ceil(math.log10(top / (_LINES * step))))
     levels = step * np.arange(-math.floor(top / step), math.floor(top / step) + 1)
     line = "white" if name == "efficiency" else "black"
     if min(z.shape) > 1 and known.any() and np.ptp(z[known]) > 0.0:

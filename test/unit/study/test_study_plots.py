@@ -19,6 +19,7 @@ from bouncing_disk_ros.maps.bifurcations import Doubling, period_doublings
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.maps.toss_paths import toss_trajectory
+from bouncing_disk_ros.maps.tosses import PAPER as PAPER_TOSS
 from bouncing_disk_ros.maps.tosses import toss
 from bouncing_disk_ros.matplotlib_figures import edges_of, name_axis, new_figure
 from bouncing_disk_ros.motor_study import options as motor
@@ -554,6 +555,16 @@ def test_maps() -> None:
     assert any("never leaves" in text.get_text() for text in ratio.texts)
     assert efficiency.get_xlim() == (-0.5, 1.5)
     figure.draw_without_rendering()
+
+
+def test_a_map_of_large_speeds_has_few_lines() -> None:
+    """There was one for every 5 rad/s: at 10¹³ rad/s they did not fit into the memory."""
+    lags, angles = small_maps()
+    pulled = PAPER_TOSS._replace(disk=PAPER_TOSS.disk._replace(load_torque=1e12))
+    figure = maps_figure(lags, angles, toss(lags[:, None], angles, pulled))
+    lines = [one for axes in figure.axes for one in axes.collections if hasattr(one, "levels")]
+    assert lines
+    assert all(len(one.levels) <= 41 for one in lines)
 
 
 @pytest.mark.parametrize("given", [{"friction": 0.0}, {"initial_angular_velocity": -30.0}])
