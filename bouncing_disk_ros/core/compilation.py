@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from functools import cache
 from typing import Any, TypeAlias
 
 from numba import njit, types
+from numba.core import event, utils
 from numba.core.caching import FunctionCache
-from numba.core.codegen import JITCodeLibrary
+from numba.core.codegen import JITCodeLibrary, llvmir
 from numba.core.codegen import ll as llvm
 from numba.core.compiler import Compiler
 from numba.core.runtime import rtsys
@@ -27,6 +29,7 @@ _NEEDLESS = {
     "AnnotateTypes",
     "DumpParforDiagnostics",
     "FindLiterallyCalls",
+    "IRProcessing",
     "InlineClosureLikes",
     "InlineInlinables",
     "InlineOverloads",
@@ -42,6 +45,7 @@ _NEEDLESS = {
 """numba's passes for closures, array expressions and literal types: inner functions have none.
 
 A later pass refuses a function with closures; array expressions compute the same with more code.
+ReconstructSSA does again what IRProcessing does.
 IRLegalization ends the life of variables, which is of use where arrays are counted."""
 
 
@@ -125,13 +129,13 @@ def _holds_array(kind: types.Type) -> bool:
 
 @contextmanager
 def _quick_compilation() -> Iterator[None]:
-    """Remember which function numba found for an operator of numbers; no looks for cycles.
+    """Remember what numba looks up again and again; no events of locks, no looks for cycles.
 
-    Looks for cycles would take a sixth of the time.
+    What is remembered: functions for operators of numbers, sizes of types, signatures of numba's
+    own functions. Of events, each call of LLVM has two, told to a timer for each open compilation.
     """
     known: dict[Any, Any] = {}
-    functions: Any = BaseFunction
-    find = functions.get_call_type
+    find = BaseFunction.get_call_type
 
     def remembered(function: Any, context: Any, given: Any, keywords: Any) -> Any:
         if keywords or not all(isinstance(one, types.Number | types.Boolean) for one in given):
@@ -143,13 +147,31 @@ def _quick_compilation() -> Iterator[None]:
 
     collects = gc.isenabled()
     gc.disable()
-    functions.get_call_type = remembered
     try:
-        yield
+        with ExitStack() as replaced:
+            for owner, name, quick in (
+                (BaseFunction, "get_call_type", remembered),
+                (llvmir.Type, "get_abi_size", cache(llvmir.Type.get_abi_size)),
+                (utils, "pysignature", cache(utils.pysignature)),
+                (event, "start_event", _of_compilations(event.start_event)),
+                (event, "end_event", _of_compilations(event.end_event)),
+            ):
+                replaced.callback(setattr, owner, name, getattr(owner, name))
+                setattr(owner, name, quick)
+            yield
     finally:
-        functions.get_call_type = find
         if collects:
             gc.enable()
+
+
+def _of_compilations(tell: Callable[..., None]) -> Callable[..., None]:
+    """numba's function that tells of an event, for events of compilations alone."""
+
+    def told(kind: str, *arguments: Any, **named: Any) -> None:
+        if kind == "numba:compile":
+            tell(kind, *arguments, **named)
+
+    return told
 
 
 class QuickCache(FunctionCache):

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core import checkpoint, input_kernels, platform
 from bouncing_disk_ros.core.arithmetic import TWO_PI, sine_and_cosine
-from bouncing_disk_ros.core.compilation import entry
+from bouncing_disk_ros.core.compilation import entry, rare_kernel
 from bouncing_disk_ros.core.energy_ledger import Ledger
 from bouncing_disk_ros.core.flight import separation_phase
 from bouncing_disk_ros.core.impact_log import ROWS, Rows, keep_last
+from bouncing_disk_ros.core.input_kernels import Observed, Values
 from bouncing_disk_ros.core.layout import (
     CHATTER_ENDS,
     DISK,
@@ -62,7 +63,12 @@ DONE, FULL, BEHIND, FAULTY = 0, 1, 2, 3
 _INT = types.int64
 
 
-@entry(types.UniTuple(_INT, 3)(STATE, MOTION, DISK, LEDGER, ROWS, ROWS, _INT, _INT, _INT))
+ADVANCE, ADVANCE_TO, OBSERVE, OBSERVE_AT, TAKE_DUE = range(5)
+APPLY_IMPULSE, FOLLOW_PLATFORM, CLASSIFY, CHANGE_DISK = range(5, 9)
+"""The functions that `act` calls: `advance`, and those of `input_kernels`."""
+
+
+@rare_kernel
 def advance(
     state: Record,
     motion: Record,
@@ -81,27 +87,73 @@ def advance(
     state is not finite, or a root was not found).
     """
     n = work = 0
-    if motion[0].kind == STEADY and motion[0].separation_g != disk[0].g:
-        motion[0].separation_phase = separation_phase(motion[0], disk[0].g)
-        motion[0].separation_g = disk[0].g
+    if motion.kind == STEADY and motion.separation_g != disk.g:
+        motion.separation_phase = separation_phase(motion, disk.g)
+        motion.separation_g = disk.g
     status = BEHIND
     while work < budget:
-        if state[0].event == UNKNOWN:
-            work += find_next(state[0], motion[0], disk[0], boundary_ns) - 1
-        if state[0].event == FAULT:
+        if state.event == UNKNOWN:
+            work += find_next(state, motion, disk, boundary_ns) - 1
+        if state.event == FAULT:
             status = FAULTY
             break
-        ns = state[0].event_ns
-        if ns > until_ns or (ns == until_ns and state[0].event_sub > 0.0):
+        ns = state.event_ns
+        if ns > until_ns or (ns == until_ns and state.event_sub > 0.0):
             status = DONE
             break
         if n + 2 > len(rows):
             status = FULL
             break
-        n = resolve(state[0], motion[0], disk[0], ledger, rows, n, open_row)
+        n = resolve(state, motion, disk, ledger, rows, n, open_row)
         work += 1
     keep_last(open_row, rows, n)
     return n, work, status
+
+
+@entry(
+    types.UniTuple(_INT, 3)(
+        _INT, STATE, MOTION, DISK, LEDGER, ROWS, ROWS, types.float64[::1], _INT, _INT, _INT
+    )
+)  # fmt: skip
+def act(
+    what: int,
+    states: Record,
+    motions: Record,
+    disks: Record,
+    ledger: Ledger,
+    rows: Rows,
+    open_row: Rows,
+    values: Values,
+    ns: int,
+    until_ns: int,
+    budget: int,
+) -> tuple[int, int, int]:
+    """One function of this module or of `input_kernels`, by its number, on the records of a run.
+
+    One entry for all: what they call is compiled once. Returns what `advance` does; of ADVANCE_TO
+    (rows written, 0, DONE), of TAKE_DUE (1 if it did, 0, DONE). OBSERVE_AT does ADVANCE_TO before.
+    APPLY_IMPULSE takes the impulses in `values`, CHANGE_DISK two disks, that in force and the new
+    one, FOLLOW_PLATFORM `jumps` as ns.
+    """
+    state, motion, disk = states[0], motions[0], disks[0]
+    if what == ADVANCE:
+        return advance(state, motion, disk, ledger, rows, open_row, ns, until_ns, budget)
+    n = 0
+    if what in (ADVANCE_TO, OBSERVE_AT):
+        n = input_kernels.advance_to(state, motion, disk, ledger, rows, open_row, ns)
+    if what in (OBSERVE, OBSERVE_AT):
+        input_kernels.observe(state, motion, disk, values)
+    elif what == TAKE_DUE:
+        n = int(input_kernels.take_due(state, motion, disk, ns))
+    elif what == APPLY_IMPULSE:
+        input_kernels.apply_impulse(state, motion, disk, ledger, values[0], values[1])
+    elif what == FOLLOW_PLATFORM:
+        input_kernels.follow_platform(state, motion, ns != 0)
+    elif what == CLASSIFY:
+        input_kernels.classify_after_input(state, motion, disk)
+    elif what == CHANGE_DISK:
+        input_kernels.change_disk(state, motion, disk, disks[1], ledger)
+    return n, 0, DONE
 
 
 class Engine:
@@ -118,7 +170,7 @@ class Engine:
         self._ledger = np.zeros((2, len(LEDGER_FIELDS)))
         self._open_row = np.zeros(1, IMPACT_DTYPE)
         self._buffer = np.zeros(_ROOM, IMPACT_DTYPE)
-        self._observed = np.zeros(1, input_kernels.OBSERVED)
+        self._values = np.zeros(len(Observed._fields))
 
     @property
     def fading(self) -> bool:
@@ -159,15 +211,15 @@ class Engine:
         state["turns"], state["angle"] = turns, initial.angle - turns * TWO_PI
         state["gap"], state["omega"] = initial.height, initial.angular_velocity
         if initial.axial_velocity is not None:
-            self._observe(state)
-            u = initial.axial_velocity - float(self._observed["s1"][0])
+            self._call_kernel(OBSERVE)
+            u = initial.axial_velocity - self._observed.s1
             fastest = TWO_PI * motion.frequency * motion.axial_amplitude
             at_rest = initial.height == 0.0 and abs(u) <= INSTANT * fastest
             state["u"] = 0.0 if at_rest else u  # ṡ itself is rounded by that
         self.resume()
         self._ledger[:] = 0.0
-        self._observe(state)
-        state["initial_energy"] = self._observed["energy"]
+        self._call_kernel(OBSERVE)
+        state["initial_energy"] = self._observed.energy
 
     def step(self, target_ns: int, boundary_ns: int, budget: int, rows: Blocks) -> tuple[int, bool]:
         """Resolve the events up to target_ns; the work done and whether the budget ran out.
@@ -176,19 +228,10 @@ class Engine:
         """
         used = 0
         while True:
-            n, events, status = advance(
-                self.state,
-                self.motion,
-                self.disk,
-                self._ledger,
-                self._buffer,
-                self._open_row,
-                boundary_ns,
-                target_ns,
-                budget - used,
-            )
+            n, events, status = self._call_kernel(ADVANCE, boundary_ns, target_ns, budget - used)
             used += events
-            self._check_that_time_goes_on(events)
+            if events:
+                self._check_that_time_goes_on(events)
             if n:
                 rows.append(self._given_away(n) if status == FULL else self._written(n))
             if status == FAULTY:
@@ -243,12 +286,11 @@ class Engine:
 
     def take_due(self, time_ns: int) -> bool:
         """Whether only rounding put the next event after an input at time_ns: it is due now."""
-        return bool(input_kernels.take_due(self.state, self.motion, self.disk, time_ns))
+        return bool(self._call_kernel(TAKE_DUE, time_ns)[0])
 
     def advance_to(self, time_ns: int, rows: Blocks) -> None:
         """Propagate the state to time_ns, where all that is due earlier has been resolved."""
-        arguments = (self.state, self.motion, self.disk, self._ledger, self._buffer, self._open_row)
-        n = input_kernels.advance_to(*arguments, time_ns)
+        n = self._call_kernel(ADVANCE_TO, time_ns)[0]
         self._begin_instant()
         if n:
             rows.append(self._written(n))
@@ -257,7 +299,7 @@ class Engine:
         """Put another sinusoid in force under the halted disk."""
         self.base = motion
         self._join_motions()
-        input_kernels.follow_platform(self.state, self.motion, False)
+        self._call_kernel(FOLLOW_PLATFORM)
 
     def change_offset(self, segments: Segments) -> None:
         """Put other segments of the offset in force under the halted disk, at its instant.
@@ -274,56 +316,54 @@ class Engine:
         if axial != 0.0:
             self.state["u"] -= axial
             self._ledger[0, THROUGHPUT] += float(self.disk["mass"][0]) * axial * axial
-        input_kernels.follow_platform(self.state, self.motion, angular != 0.0)
+        self._call_kernel(FOLLOW_PLATFORM, int(angular != 0.0))
 
     def _join_motions(self) -> None:
         self.motion = with_offset(self.base, *self.segments)
 
     def apply_impulse(self, axial_impulse: float, angular_impulse: float) -> None:
         """Add impulses to the halted disk."""
-        input_kernels.apply_impulse(
-            self.state, self.motion, self.disk, self._ledger, axial_impulse, angular_impulse
-        )
+        self._values[:2] = axial_impulse, angular_impulse
+        self._call_kernel(APPLY_IMPULSE)
 
     def change_disk(self, disk: Disk, report_speed: float) -> None:
         """Change the parameters of the halted disk."""
         new = disk_record(disk, report_speed)
-        input_kernels.change_disk(self.state, self.motion, self.disk, new, self._ledger)
+        self.disk = np.concatenate((self.disk, new))
+        self._call_kernel(CHANGE_DISK)
         self.disk = new
 
     def resume(self) -> None:
         """Decide contact or flight after the inputs of one instant."""
-        input_kernels.classify_after_input(self.state, self.motion, self.disk)
+        self._call_kernel(CLASSIFY)
 
     def sample(self, time_ns: int) -> Sample:
         """State at time_ns, which lies before the next event; changes nothing."""
         state, _ = self._at(time_ns)
-        self._observe(state)
-        s, o = state[0], self._observed[0]
+        s, o = state[0], self._observed
         return Sample(
             time_ns,
             Phase(int(s["phase"])),
             int(s["cycles"]),
             float(s["tau"]),
-            float(o["s"]),
-            float(o["s1"]),
-            float(o["b"]),
-            float(o["b1"]),
+            o.s,
+            o.s1,
+            o.b,
+            o.b1,
             float(s["gap"]),
-            float(o["s"] + s["gap"]),
-            float(o["s1"] + s["u"]),
+            float(o.s + s["gap"]),
+            float(o.s1 + s["u"]),
             int(s["turns"]),
             float(s["angle"]),
             float(s["omega"]),
-            float(o["force"]),
-            float(o["torque"]),
+            o.force,
+            o.torque,
         )
 
     def energy(self, time_ns: int) -> Energy:
         """Energy ledger at time_ns; changes nothing."""
         state, ledger = self._at(time_ns)
-        self._observe(state)
-        kinetic, energy = float(self._observed["kinetic"][0]), float(self._observed["energy"][0])
+        kinetic, energy = self._observed.kinetic, self._observed.energy
         sums = dict(zip(LEDGER_FIELDS, (float(v) for v in ledger[0] + ledger[1]), strict=True))
         throughput = sums.pop("throughput")
         initial = float(state["initial_energy"][0])
@@ -345,24 +385,38 @@ class Engine:
         """Copy of the first n rows; as bytes: a structured copy leaves the padding undefined."""
         return self._buffer[:n].view(np.uint8).copy().view(IMPACT_DTYPE)
 
-    def _observe(self, state: NDArray[np.void]) -> None:
-        input_kernels.observe(state, self.motion, self.disk, self._observed)
+    def _call_kernel(
+        self, what: int, ns: int = 0, until_ns: int = 0, budget: int = 0
+    ) -> tuple[int, int, int]:
+        """Let `act` do one thing to the records of this run."""
+        found: tuple[int, int, int] = act(
+            what, self.state, self.motion, self.disk, self._ledger, self._buffer, self._open_row,
+            self._values, ns, until_ns, budget,
+        )  # fmt: skip
+        return found
+
+    @property
+    def _observed(self) -> Observed:
+        """What was observed last."""
+        return Observed(*self._values.tolist())
 
     def _at(self, time_ns: int) -> tuple[NDArray[np.void], NDArray[np.float64]]:
-        """Copies of state and ledger, propagated to time_ns."""
+        """Copies of state and ledger, propagated to time_ns and observed there."""
         state, ledger, row = self.state.copy(), self._ledger.copy(), self._open_row.copy()
-        arguments = (state, self.motion, self.disk, ledger, np.zeros(64, IMPACT_DTYPE), row)
+        rows = np.zeros(64, IMPACT_DTYPE)
+        records = (state, self.motion, self.disk, ledger, rows, row, self._values)
         status = DONE
         if self.in_chatter:  # bounce by bounce, as far as the work may go
             state["event"] = UNKNOWN
             left = _BOUNCES_SHOWN
             status = FULL
             while status == FULL:
-                _, used, status = advance(*arguments, time_ns, time_ns, left)
+                _, used, status = act(ADVANCE, *records, time_ns, time_ns, left)
                 left -= used
-        input_kernels.advance_to(*arguments, time_ns)
+        act(OBSERVE_AT, *records, time_ns, 0, 0)
         if status != DONE:  # the rest of the bounces is below all that can be shown
             state["gap"] = state["u"] = 0.0
+            act(OBSERVE, *records, 0, 0, 0)
         return state, ledger
 
     def snapshot(self) -> dict[str, Any]:

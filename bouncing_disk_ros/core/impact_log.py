@@ -8,7 +8,7 @@ from typing import Any
 from numba import from_dtype
 
 from bouncing_disk_ros.core.arithmetic import TWO_PI
-from bouncing_disk_ros.core.compilation import kernel
+from bouncing_disk_ros.core.compilation import kernel, rare_kernel
 from bouncing_disk_ros.core.forcing_clock import elapsed
 from bouncing_disk_ros.core.layout import STEADY
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, LARGEST_FLOAT32, ImpactKind
@@ -66,8 +66,11 @@ def end_row(row: Record, state: Record, motion: Record) -> None:
 @kernel
 def close_row(open_row: Rows, rows: Rows, n: int, state: Record, kind: int) -> int:
     """Report the open row, if there is one; returns the number of rows."""
-    if open_row[0].count == 0:
-        return n
+    return n if open_row[0].count == 0 else _report(open_row, rows, n, state, kind)
+
+
+@rare_kernel
+def _report(open_row: Rows, rows: Rows, n: int, state: Record, kind: int) -> int:
     after = number_row(open_row[0], n, state, kind)
     rows[n] = open_row[0]
     open_row[0].count = 0

@@ -92,7 +92,7 @@ def _fly(
         ledger[0, THROUGHPUT] += disk.mass * fast * (abs(v) + ROUNDING * fast)
 
 
-@kernel
+@rare_kernel
 def propagate(
     state: Record,
     motion: Record,
