@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
@@ -14,6 +15,7 @@ import numpy as np
 import psutil
 import pytest
 import xarray as xr
+import zarr
 
 from bouncing_disk_ros import __version__
 from bouncing_disk_ros.command_line.stop import Stop
@@ -81,6 +83,20 @@ def test_a_study_without_a_scheduler_opens_no_port(tmp_path: Path) -> None:
     run(watched(lambda _: seen.append(ports())), tmp_path / "r.zarr", workers=2)
     assert seen
     assert set().union(*seen) <= before
+
+
+def test_chunks_have_the_bytes_that_zarr_writes(tmp_path: Path) -> None:
+    run(Products(VALUES), tmp_path / "ours", workers=2)  # 7 × 5 in squares of 2: edges are cut
+    shutil.copytree(tmp_path / "ours", tmp_path / "zarr")
+    for name in ("product", "label", "region_done"):
+        shutil.rmtree(tmp_path / "zarr" / name / "c")
+        array = zarr.open_array(tmp_path / "zarr" / name, mode="r+")
+        array[...] = zarr.open_array(tmp_path / "ours" / name)[...]
+    files = [file for file in sorted(tmp_path.glob("ours/**/*")) if file.is_file()]
+    assert len(files) > 2 * 12
+    for file in files:
+        other = tmp_path / "zarr" / file.relative_to(tmp_path / "ours")
+        assert file.read_bytes() == other.read_bytes(), file
 
 
 @pytest.mark.parametrize("kind", [Products, Sums])
