@@ -75,6 +75,8 @@ _SHOWN = 5
 """Damaged parts that a line names."""
 
 Place = tuple[int, ...]
+Layout = dict[str, tuple[Field, Place, Place]]
+"""Arrays of a store by name: what each holds, its shape, the shape of its chunks."""
 
 
 # --- what is checked before it is read ------------------------------------------------------------
@@ -247,7 +249,7 @@ class Store:
         except OSError as error:
             raise not_made("output", path, "a folder that can be written", error) from error
         self._done: NDArray[np.uint8] = np.asarray(self._group[DONE][:])
-        self._fields = field_chunks(study)
+        self._fields = field_layout(study)
         self.sealed = self._group.attrs["identity"]["format"] != WITHOUT_CHECKSUMS
 
     def _identity(self) -> dict[str, Any]:
@@ -395,7 +397,7 @@ class Store:
             raise self._refusal("a whole result", "What all parts need is damaged") from None
 
 
-def layout(study: Study) -> dict[str, tuple[Field, Place, Place]]:
+def layout(study: Study) -> Layout:
     """What each array of a store holds, its shape, and the shape of its chunks."""
     fields = {
         name: Field((name,), str(axis.values.dtype), axis.units, axis.long_name, axis.symbol)
@@ -449,19 +451,17 @@ def _unpacked(packed: NDArray[np.uint8], about: list[tuple[str, str, list[int]]]
     return found
 
 
-def field_chunks(study: Study) -> dict[str, tuple[Field, Place]]:
-    """Each field of a study, with the shape of its chunks."""
+def field_layout(study: Study) -> Layout:
+    """The `layout` of the fields of a study alone."""
     kept = layout(study)
-    return {name: (field, kept[name][2]) for name, field in study.fields.items()}
+    return {name: kept[name] for name in study.fields}
 
 
-def put(
-    path: str | Path, fields: Mapping[str, tuple[Field, Place]], region: Region, arrays: Arrays
-) -> None:
+def put(path: str | Path, fields: Layout, region: Region, arrays: Arrays) -> None:
     """Put a region into the sealed store at `path`, on any thread of any process."""
-    for name, (field, chunk) in fields.items():
+    for name, (field, shape, chunk) in fields.items():
         slices = [
-            region.slices.get(dim, slice(0, n)) for dim, n in zip(field.dims, chunk, strict=True)
+            region.slices.get(dim, slice(0, n)) for dim, n in zip(field.dims, shape, strict=True)
         ]
         values = np.asarray(arrays[name], field.dtype)
         if values.shape != chunk:  # at an edge: Zarr stores whole chunks

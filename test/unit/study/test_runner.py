@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, Future
 from pathlib import Path
 from types import SimpleNamespace
@@ -35,6 +35,7 @@ from bouncing_disk_ros.study import (
 )
 from bouncing_disk_ros.study.by_name import definition_of
 from bouncing_disk_ros.study.command import run_command
+from bouncing_disk_ros.study.computation import Axis
 from bouncing_disk_ros.study.lock import exclusive_lock, token_of
 from bouncing_disk_ros.study.runner import PREFETCH, Claim, Pipeline, compute_region
 from bouncing_disk_ros.study.store import Store
@@ -97,6 +98,31 @@ def test_chunks_have_the_bytes_that_zarr_writes(tmp_path: Path) -> None:
     for file in files:
         other = tmp_path / "zarr" / file.relative_to(tmp_path / "ours")
         assert file.read_bytes() == other.read_bytes(), file
+
+
+class Empty(Products):
+    """Fields without a point."""
+
+    @property
+    def axes(self) -> Mapping[str, Axis]:
+        return {**super().axes, "x": Axis(np.empty(0), "m", "width", "x")}
+
+    @property
+    def chunks(self) -> Mapping[str, int]:
+        return {"y": 2}
+
+    def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:
+        rows = region.slices["y"]
+        return dict.fromkeys(self.fields, np.empty((rows.stop - rows.start, 0)))
+
+
+def test_fields_without_points_are_whole(tmp_path: Path) -> None:
+    """Zarr wrote no chunk of them: they counted as damaged."""
+    seen: list[Progress] = []
+    for _ in range(2):
+        result = there(run(Empty(VALUES), tmp_path / "r.zarr", on_progress=seen.append))
+        assert result["product"].shape == (7, 0)
+    assert seen[-1] == Progress(4, 4, 4)
 
 
 @pytest.mark.parametrize("kind", [Products, Sums])
