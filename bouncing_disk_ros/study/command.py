@@ -75,9 +75,19 @@ def _compile(definition: StudyDefinition, values: Mapping[str, Value], stop: Sto
         loaded(definition.study)
 
 
+def _leave_dask_out(values: Mapping[str, Value]) -> None:
+    """Let xarray find no Dask: where it is installed, it takes as long to load as all kernels.
+
+    Not for a user's process. The cluster of a `scheduler` needs it.
+    """
+    if not values["scheduler"]:
+        sys.modules.setdefault("dask", None)  # type: ignore[arg-type] # an import fails at once
+
+
 def _run_without_ros(study: StudyDefinition, start: Start) -> int:
     study.refuse_not_taken(start.overrides)
     values = option_values(start.overrides, study.table)
+    _leave_dask_out(values)
     _load(study.name, start.stop)
     return run_command(study, values, set(start.overrides), start.stop)
 
@@ -114,6 +124,7 @@ def _run_as_node(study: StudyDefinition, start: Start) -> int:
             given = overrides_of(self)
             study.refuse_not_taken(given)
             values = options(self, study.table)
+            _leave_dask_out(values)
             _compile(study, values, start.stop)
             self._work = StudyWork(study, values, set(given))
 

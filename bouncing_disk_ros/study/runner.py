@@ -29,7 +29,7 @@ from bouncing_disk_ros.niceness import give_way
 from bouncing_disk_ros.study.by_name import definition_of, named
 from bouncing_disk_ros.study.computation import Arrays, Region, Study
 from bouncing_disk_ros.study.lock import exclusive_lock, token_of
-from bouncing_disk_ros.study.store import DONE, RESULT, Store, opened, put
+from bouncing_disk_ros.study.store import DONE, RESULT, Store, field_layout, opened, put
 
 PREFETCH = 2
 """Regions on their way for each worker: one at work, one waiting."""
@@ -157,7 +157,8 @@ def _run(
                 stored = _in_order(study, store, context, regions, stopped)
             else:
                 executor, count = ending.enter_context(_executor(workers, scheduler))
-                claim = Claim(str(store.path.resolve()), token, bouncing_disk_ros.__version__)
+                held = token if store.sealed else ""  # without it workers send their parts back
+                claim = Claim(str(store.path.resolve()), held, bouncing_disk_ros.__version__)
                 work = (
                     partial(compute_region, study, context, claim)
                     if scheduler
@@ -258,7 +259,7 @@ def compute_region(study: Study, context: Arrays, claim: Claim, region: Region) 
     arrays = study.compute(region, context, None)
     if token_of(claim.path) != claim.token:
         return arrays
-    put(claim.path, study, region, arrays)
+    put(claim.path, field_layout(study), region, arrays)
     return None
 
 

@@ -1,12 +1,16 @@
-"""How far a cluster would carry a study: measured costs of its regions, and a simulated run."""
+"""How far a cluster would carry a study: runs on this machine, costs of regions, simulated runs."""
 
 from __future__ import annotations
 
 import heapq
+import os
 import tempfile
 from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +28,8 @@ SIDE = 100_000  # pixels along each side of the map that no one machine would co
 REGION, TILE = 1024, 256
 TILES = 32  # computed of each map, at random places
 WORKERS = (10, 100, 1000)
-MEASURED_SIDE = 4000  # of the map whose measures are timed
+MEASURED_SIDE = 4000  # of the map whose measures are timed, and that processes compute
+PROCESSES = (4, 8)
 
 
 def measure() -> tuple[list[Row], list[str]]:
@@ -37,6 +42,7 @@ def measure() -> tuple[list[Row], list[str]]:
         row(PART, "Dask, one region there and back", "s", overhead),
         row(PART, f"region of {REGION} × {REGION}, to store", "s", store),
         row(PART, "shares and measures of 10⁵ × 10⁵ labels, by one process", "h", _measures()),
+        *_processes(),
     ]
     call, put = float(np.median(overhead)), float(np.median(store))
     for name, axial_forcing in FORCING.items():
@@ -107,6 +113,39 @@ def _square(first_row: int, first_column: int, side: int) -> Region:
     return Region(0, {"velocity": rows, "forcing_phase": slice(first_column, first_column + side)})
 
 
+@contextmanager
+def _local(processes: int, threads: int) -> Iterator[Any]:
+    """A Dask cluster on this machine."""
+    import distributed
+
+    with distributed.LocalCluster(
+        n_workers=processes, threads_per_worker=threads, processes=True, dashboard_address=None,
+        silence_logs=50,
+    ) as cluster:  # fmt: skip
+        yield cluster
+
+
+def _processes() -> list[Row]:
+    """A whole study on Dask processes of this machine, and on its threads."""
+    study, cores = basins(MEASURED_SIDE), len(os.sched_getaffinity(0))
+    what = f"basin {MEASURED_SIDE} × {MEASURED_SIDE}, Γ = 0.45, stored"
+
+    def stored(which: Basins, **executor: Any) -> float:
+        with tempfile.TemporaryDirectory() as folder:
+            return elapsed(lambda: run(which, Path(folder, "r"), **executor))
+
+    threads = [stored(study, workers=cores) for _ in range(ROUNDS)]
+    rows = [row(PART, f"{what}, {cores} threads", "s", threads)]
+    for count in PROCESSES:
+        with _local(count, 1) as cluster:
+            given = {"scheduler": cluster.scheduler_address}
+            stored(basins(400), **given)  # each process loads its kernels
+            times = [stored(study, **given) for _ in range(ROUNDS)]
+        name = f"{what}, {count} Dask processes on {cores} cores"
+        rows.append(row(PART, name, "s", times))
+    return rows
+
+
 def _overhead() -> list[float] | None:
     """Seconds for one call through a scheduler and a worker of this machine, many in flight."""
     try:
@@ -115,13 +154,10 @@ def _overhead() -> list[float] | None:
         return None
     found = []
     with (
-        distributed.LocalCluster(
-            n_workers=1, threads_per_worker=2, processes=True, dashboard_address=None,
-            silence_logs=50,
-        ) as cluster,
+        _local(1, 2) as cluster,
         distributed.Client(cluster) as client,
         client.get_executor(pure=False) as pool,
-    ):  # fmt: skip
+    ):
 
         def many() -> None:
             for future in [pool.submit(int, "1") for _ in range(100)]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import xarray as xr
@@ -26,7 +26,9 @@ from bouncing_disk_ros.maps.basin_labels import Floats, LabelRule
 from bouncing_disk_ros.maps.basin_measures import (
     PIXELS,
     UNRESOLVED,
+    BasinEntropy,
     LabelMap,
+    PowerLaw,
     basin_entropy,
     box_dimension,
     centres,
@@ -38,6 +40,7 @@ from bouncing_disk_ros.maps.basin_measures import (
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.settled_speed import settled_speeds
 from bouncing_disk_ros.maps.window_basins import label_plane
+from bouncing_disk_ros.niceness import give_way
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.study.computation import (
     Arrays,
@@ -176,10 +179,11 @@ class Basins(Study):
         # read strip by strip where it may be larger than memory
         field = result["label"]
         labels: LabelMap = field.values if field.size <= PIXELS else field
-        with ThreadPoolExecutor(1) as beside:  # NumPy lets go of the GIL
-            boundary = beside.submit(self._boundary, labels)
+        with ThreadPoolExecutor(2, initializer=give_way) as beside:  # NumPy lets go of the GIL
+            measures = self._measures(labels, beside)
             parts = shares(labels, len(found), periodic=self.whole_period)
             missed = self._missed(from_arrays(context), result, labels)
+            boundary = _boundary(*(one.result() for one in measures)) if measures else {}
         points = [(i, *p) for i, a in enumerate(found)
                   for p in zip(a.forcing_phases, a.velocities, strict=True)]  # fmt: skip
         owner, phase, speed = np.array(points).reshape(-1, 3).T
@@ -207,7 +211,7 @@ class Basins(Study):
             "point_velocity": ("point", speed, "pi g/omega",
                                "relative velocity of the point, as on the axis velocity"),
         }  # fmt: skip
-        return result.assign(variables(added | missed | boundary.result()))
+        return result.assign(variables(added | missed | boundary))
 
     def _missed(self, found: Attractors, result: xr.Dataset, labels: LabelMap) -> dict[str, Row]:
         """Attractors that the search did not find, but unresolved starts lead to."""
@@ -232,27 +236,33 @@ class Basins(Study):
             begin += len(part)
         return np.empty(0, np.intp), np.empty(0, np.intp)
 
-    def _boundary(self, labels: LabelMap) -> dict[str, Row]:
+    def _measures(self, labels: LabelMap, beside: Executor) -> list[Future[Any]]:
+        """What `_boundary` takes, each computed in a thread; none of a small map."""
         if min(labels.shape) < 48:
-            return {}
-        entropy = basin_entropy(labels)
-        alpha = uncertainty_exponent(labels, periodic=self.whole_period)
-        dimension = box_dimension(labels, periodic=self.whole_period)
-        return {
-            "basin_entropy": ((), entropy.basin, "1",
-                              "basin entropy, mean over squares of 5 × 5 pixels"),
-            "boundary_basin_entropy": ((), entropy.boundary, "1",
-                                       "basin entropy of the squares that hold several labels"),
-            "uncertainty_exponent": ((), alpha.exponent, "1",
-                                     "uncertainty exponent of the boundary"),
-            "uncertainty_exponent_error": ((), alpha.uncertainty, "1", _INTERVAL),
-            "box_dimension": ((), dimension.exponent, "1", "box dimension of the boundary"),
-            "box_dimension_error": ((), dimension.uncertainty, "1", _INTERVAL),
-            "boundary_distance": ("distance", alpha.sizes, "pixel",
-                                  "distance, and side of the squares"),
-            "uncertain_fraction": ("distance", alpha.counts, "1",
-                                   "share of pixels with another label at the distance"),
-        }  # fmt: skip
+            return []
+        by_distance = (uncertainty_exponent, box_dimension)
+        return [
+            *(beside.submit(one, labels, periodic=self.whole_period) for one in by_distance),
+            beside.submit(basin_entropy, labels),
+        ]
+
+
+def _boundary(alpha: PowerLaw, dimension: PowerLaw, entropy: BasinEntropy) -> dict[str, Row]:
+    return {
+        "basin_entropy": ((), entropy.basin, "1",
+                          "basin entropy, mean over squares of 5 × 5 pixels"),
+        "boundary_basin_entropy": ((), entropy.boundary, "1",
+                                   "basin entropy of the squares that hold several labels"),
+        "uncertainty_exponent": ((), alpha.exponent, "1",
+                                 "uncertainty exponent of the boundary"),
+        "uncertainty_exponent_error": ((), alpha.uncertainty, "1", _INTERVAL),
+        "box_dimension": ((), dimension.exponent, "1", "box dimension of the boundary"),
+        "box_dimension_error": ((), dimension.uncertainty, "1", _INTERVAL),
+        "boundary_distance": ("distance", alpha.sizes, "pixel",
+                              "distance, and side of the squares"),
+        "uncertain_fraction": ("distance", alpha.counts, "1",
+                               "share of pixels with another label at the distance"),
+    }  # fmt: skip
 
 
 def _period_of(attractor: Attractor) -> int:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, Future
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,6 +15,7 @@ import numpy as np
 import psutil
 import pytest
 import xarray as xr
+import zarr
 
 from bouncing_disk_ros import __version__
 from bouncing_disk_ros.command_line.stop import Stop
@@ -33,6 +35,7 @@ from bouncing_disk_ros.study import (
 )
 from bouncing_disk_ros.study.by_name import definition_of
 from bouncing_disk_ros.study.command import run_command
+from bouncing_disk_ros.study.computation import Axis
 from bouncing_disk_ros.study.lock import exclusive_lock, token_of
 from bouncing_disk_ros.study.runner import PREFETCH, Claim, Pipeline, compute_region
 from bouncing_disk_ros.study.store import Store
@@ -81,6 +84,45 @@ def test_a_study_without_a_scheduler_opens_no_port(tmp_path: Path) -> None:
     run(watched(lambda _: seen.append(ports())), tmp_path / "r.zarr", workers=2)
     assert seen
     assert set().union(*seen) <= before
+
+
+def test_chunks_have_the_bytes_that_zarr_writes(tmp_path: Path) -> None:
+    run(Products(VALUES), tmp_path / "ours", workers=2)  # 7 × 5 in squares of 2: edges are cut
+    shutil.copytree(tmp_path / "ours", tmp_path / "zarr")
+    for name in ("product", "label", "region_done"):
+        shutil.rmtree(tmp_path / "zarr" / name / "c")
+        array = zarr.open_array(tmp_path / "zarr" / name, mode="r+")
+        array[...] = zarr.open_array(tmp_path / "ours" / name)[...]
+    files = [file for file in sorted(tmp_path.glob("ours/**/*")) if file.is_file()]
+    assert len(files) > 2 * 12
+    for file in files:
+        other = tmp_path / "zarr" / file.relative_to(tmp_path / "ours")
+        assert file.read_bytes() == other.read_bytes(), file
+
+
+class Empty(Products):
+    """Fields without a point."""
+
+    @property
+    def axes(self) -> Mapping[str, Axis]:
+        return {**super().axes, "x": Axis(np.empty(0), "m", "width", "x")}
+
+    @property
+    def chunks(self) -> Mapping[str, int]:
+        return {"y": 2}
+
+    def compute(self, region: Region, context: Arrays, before: Arrays | None) -> Arrays:
+        rows = region.slices["y"]
+        return dict.fromkeys(self.fields, np.empty((rows.stop - rows.start, 0)))
+
+
+def test_fields_without_points_are_whole(tmp_path: Path) -> None:
+    """Zarr wrote no chunk of them: they counted as damaged."""
+    seen: list[Progress] = []
+    for _ in range(2):
+        result = there(run(Empty(VALUES), tmp_path / "r.zarr", on_progress=seen.append))
+        assert result["product"].shape == (7, 0)
+    assert seen[-1] == Progress(4, 4, 4)
 
 
 @pytest.mark.parametrize("kind", [Products, Sums])
