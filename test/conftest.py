@@ -147,9 +147,10 @@ def warm_juggling(warm_kernels: None) -> None:
 
 
 @pytest.fixture
-def start(ros_domain: int, warm_kernels: None) -> Iterator[Starter]:
+def start(request: pytest.FixtureRequest, ros_domain: int, warm_kernels: None) -> Iterator[Starter]:
     """Start executables and commands as processes; see support/processes.py."""
-    starter = Starter()
+    others = map(request.node.get_closest_marker, ("bench", "soak", "interop"))
+    starter = Starter(forks=not any(others))
     yield starter
     starter.close()
 
