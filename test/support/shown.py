@@ -35,8 +35,14 @@ def shown(tool: ModuleType, **given: Value) -> Shown:
     """As `undrawn`, with all figures drawn."""
     made = undrawn(tool, **given)
     for figure in made[0].values():
-        figure.draw_without_rendering()
+        drawn(figure)
     return made
+
+
+def drawn(figure: Figure) -> None:
+    """Draw a figure without its layout."""
+    figure.set_layout_engine("none")
+    figure.draw_without_rendering()
 
 
 def told(tool: ModuleType, result: xr.Dataset) -> list[str]:

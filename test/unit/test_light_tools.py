@@ -28,7 +28,8 @@ ASCII = {**os.environ, "PYTHONIOENCODING": "ascii:strict"}
 
 
 HELP = """
-import importlib, os, sys
+import gc, importlib, os, sys
+gc.disable()
 import bouncing_disk_ros.study.command  # what most of them share is loaded once
 for name in sys.argv[1:]:
     if os.fork() == 0:

@@ -23,7 +23,8 @@ from bouncing_disk_ros.parameters import Spec
 
 BIN = sys.executable.rpartition("/")[0]
 INTERRUPTED = """
-import importlib, json, os, signal, sys
+import gc, importlib, json, os, signal, sys
+gc.disable()
 import matplotlib.figure, numba, rclpy, xarray  # what most of them share is loaded once
 class Finder:
     def find_spec(self, name, *_):
