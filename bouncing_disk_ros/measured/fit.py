@@ -186,6 +186,7 @@ class _Known:
             raise InputError("times", f"flights of {typical:.4g} s", "times in seconds", hint)
         found = self._in_sequence(recording, errors)
         if self.frequency > 0.0:
+            found = self._corrected(found, recording, errors)
             found = self._with_contacts(found, recording, errors)
         chain, data, profiles, draws = found
         rejected = np.delete(recording.times, chain.kept)
@@ -225,12 +226,29 @@ class _Known:
     def _in_sequence(self, recording: Recording, errors: Array | None) -> _Sequence:
         """Data without false hits and with missed impacts, and their fit.
 
-        On a vibrating platform the fit says which hits are false, and these change the fit, until
-        a chain comes again. That ends: hits have finitely many chains. Where no chain of flights
-        is likelier than hits of no law, all hits stay.
+        The search for chains knows the errors only roughly. So of several likely chains that of the
+        likeliest fit is taken. Where no chain of flights is likelier than hits of no law, all hits
+        stay.
         """
-        times = recording.times
-        found, seen = self._first_chain(recording, errors), list[Chain]()
+        found, failure = list[_Sequence](), FailedError("")
+        for chain in self._first_chains(recording, errors):
+            if not any(chain.is_like(one.chain) for one in found):
+                try:
+                    found.append(self._refined(recording, errors, chain))
+                except FailedError as error:
+                    failure = error
+        if not found:
+            raise failure
+        evidences = [self._evidence(one, recording) for one in found]
+        return found[int(np.argmax(np.nan_to_num(evidences, nan=-math.inf)))]
+
+    def _refined(self, recording: Recording, errors: Array | None, found: Chain) -> _Sequence:
+        """The fit of a chain; on a vibrating platform of the one that this fit leads to.
+
+        The fit says which hits are false, and these change the fit, until a chain comes again. That
+        ends: hits have finitely many chains.
+        """
+        times, seen = recording.times, list[Chain]()
         while not any(found.is_like(one) for one in seen):
             chain = found
             seen.append(chain)
@@ -240,6 +258,44 @@ class _Known:
                 break
             found = self._chain(times, [profiles.estimate])
         return _Sequence(chain, data, profiles, draws_of(profiles))
+
+    def _corrected(self, found: _Sequence, recording: Recording, errors: Array | None) -> _Sequence:
+        """The fit without those missed impacts, contacts and rejected hits that make it unlikelier.
+
+        Near a graze the search for chains takes a hit for a false one, or misses an impact. Each
+        one that is tried takes a fit, so there is no correction of more than 120 hits.
+        """
+        if len(recording.times) > _MOST_SCANNED:
+            return found
+        times, profiles = recording.times, found.profiles
+        model = replace(profiles.model, scatter=profiles.best.rho)
+
+        def evidence(chain: Chain) -> float:
+            data = self._data(recording, errors, chain)
+            with contextlib.suppress(np.linalg.LinAlgError):
+                fitted = Profiles(data, model, profiles.estimate)
+                return self._evidence(_Sequence(chain, data, fitted, found.draws), recording)
+            return -math.inf
+
+        chain = found.chain
+        heard, top = self._heard(times), evidence(chain)
+        for part, odd in (("missed", chain.missed), ("contacts", chain.kept[chain.contacts]),
+                          ("kept", np.setdiff1d(heard, chain.kept))):  # fmt: skip
+            for one in odd:
+                if part == "missed":
+                    other = replace(chain, missed=chain.missed[chain.missed != one])
+                elif part == "contacts":
+                    others = chain.kept[chain.contacts] != one
+                    other = replace(chain, contacts=chain.contacts[others])
+                else:
+                    other = chain.with_hit(int(one), times)
+                if (own := evidence(other)) > top:
+                    chain, top = other, own
+        if chain is found.chain:
+            return found
+        data = self._data(recording, errors, chain)
+        fitted = self._profiles(recording.name, data)
+        return _Sequence(chain, data, fitted, draws_of(fitted))
 
     def _with_contacts(
         self, found: _Sequence, recording: Recording, errors: Array | None
@@ -301,14 +357,29 @@ class _Known:
         is_other = np.isin(times[left[is_during]], found.rejected, invert=True).any()
         return found if is_other and found.chance <= REFUTED else None
 
-    def _first_chain(self, recording: Recording, errors: Array | None) -> Chain:
-        """By first values from all hits, then from those that the chain holds, without contacts."""
+    def _first_chains(self, recording: Recording, errors: Array | None) -> list[Chain]:
+        """Likely chains by first values from all hits and from parts, the likeliest first.
+
+        All hits, where those from all hits lead to no chain.
+        """
         times = recording.times
         if self.frequency == 0.0:
-            return self._chain(times, [])
-        found, seen = self._chain(times, self._starts(times, most=_TRIED)), list[Chain]()
-        if not found.holds_all(len(times)) or len(found.contacts):
-            found = self._chain(times, [found.parameters, *self._starts_of_parts(times)])
+            return [self._chain(times, [])]
+        found, least, parts = list[Chain](), 0.0, self._starts_of_parts(times)
+        whole, is_told = self._starts(times, most=_TRIED), False
+        for place, start in enumerate([*whole, *parts]):
+            one = self._chain(times, [start], least)
+            if one.evidence > least and not any(one.is_like(other) for other in found):
+                found.append(one)
+                least = max(least, one.evidence - _HOPELESS)
+                is_told |= place < len(whole)
+        found = [self._likelier(recording, errors, one) for one in found if one.evidence > least]
+        found.sort(key=lambda one: -one.evidence)
+        return found[:_USUAL] + [self._chain(times, whole, math.inf)] * (not is_told)
+
+    def _likelier(self, recording: Recording, errors: Array | None, found: Chain) -> Chain:
+        """The chain by first values from the hits of a chain, and so on: without contacts."""
+        times, seen = recording.times, list[Chain]()
         while not any(found.is_like(one) for one in seen):
             if found.holds_all(len(times)) and not len(found.contacts):
                 break

@@ -55,6 +55,21 @@ class Chain:
             and np.array_equal(self.contacts, other.contacts)
         )
 
+    def with_hit(self, hit: int, times: Array) -> Chain:
+        """The chain that also holds this hit, which is one of its missed impacts if it has some.
+
+        The missed one that is nearest, among those of the same flight.
+        """
+        place = int(np.searchsorted(self.kept, hit))
+        before = times[self.kept[place - 1]] if place else -math.inf
+        after = times[self.kept[place]] if place < len(self.kept) else math.inf
+        inside = np.flatnonzero((self.missed > before) & (self.missed < after))
+        nearest = inside[np.argsort(np.abs(self.missed[inside] - times[hit]))[:1]]
+        return replace(
+            self, kept=np.insert(self.kept, place, hit), missed=np.delete(self.missed, nearest),
+            contacts=self.contacts + (self.contacts >= place),
+        )  # fmt: skip
+
     def unheard_ends(self, hits: Array, speeds: Array, gravity: float) -> NDArray[np.int64]:
         """Places in `kept` of hits after which chatter may have ended, with no hit heard any more.
 

@@ -717,6 +717,37 @@ def test_a_bootstrap_agrees_with_the_profiles(
         assert one.value == other.value
 
 
+@pytest.mark.parametrize(
+    ("times", "false", "missed"),
+    [
+        ([0.010003, 0.055874, 0.110368, 0.159137, 0.209262, 0.259453, 0.309245, 0.359396, 0.409302,
+          0.459353, 0.472432, 0.509339, 0.55935], [0.472432], 0),
+        ([0.01, 0.074843, 0.171433, 0.223152, 0.27212, 0.322653, 0.372452, 0.422493, 0.472517,
+          0.522483, 0.572499], [], 1),
+        ([0.010003, 0.056654, 0.108501, 0.157967, 0.208013, 0.258106, 0.308021, 0.358072, 0.408049,
+          0.4248, 0.427222, 0.458065, 0.50804, 0.558054], [0.4248, 0.427222], 0),
+    ],
+)  # fmt: skip
+def test_chains_are_looked_for_in_parts_of_the_hits(
+    times: list[float], false: list[float], missed: int
+) -> None:
+    """No chain was found with parameters from all hits. Then all hits were fitted."""
+    fit = fit_impacts(times, frequency=20.0, scatter=0.0)
+    assert list(fit.rejected) == false
+    assert fit.missed.sum() == missed
+    assert fit["restitution"].value == pytest.approx(0.5, abs=1e-2)
+
+
+@pytest.mark.parametrize("seed", [12, 19])
+def test_a_chain_is_corrected_where_its_fit_is_unlikelier(seed: int) -> None:
+    """Near a graze a missed impact was added, or a hit rejected."""
+    rng = np.random.default_rng(seed)
+    times = vibrating(rng, 4, 60, 0.8, 0.7, skip=30)[0][0] + 1e-4 * rng.standard_normal(60)
+    fit = fit_impacts(times, frequency=20.0, scatter=0.0)
+    assert not len(fit.rejected)
+    assert not fit.missed.any()
+
+
 def test_hits_are_fitted_or_rejected_though_chains_go_on_changing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
