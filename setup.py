@@ -53,6 +53,7 @@ setup(
         "matplotlib>=3.6",
         "mcap",
         "numba>=0.59",
+        "numcodecs",  # compression of stored results; zarr needs it too
         "numpy>=1.26",
         "rosbags>=0.10",  # decodes messages by the definitions in a bag
         "tqdm",  # progress of long studies

@@ -237,7 +237,7 @@ class Store:
 
     `note`: what the user is to know of a store that was there: damaged parts that are computed
     anew, missing checksums, numbers of an older revision; '' else.
-    `sealed`: whether its chunks have checksums.
+    `sealed`: whether its chunks have checksums; to a store of 0.2, without them, Zarr writes.
     """
 
     def __init__(self, path: Path, study: Study) -> None:

@@ -56,7 +56,7 @@ MAY_IMPORT = {
 #: libraries from outside that the package may import; kernels and the core those of `NUMBERS` alone
 NUMBERS = {"numpy", "numba"}
 LIBRARIES = NUMBERS | {
-    "IPython", "PIL", "bokeh", "distributed", "flint", "google_crc32c", "lz4",
+    "IPython", "PIL", "bokeh", "distributed", "flint", "google_crc32c", "lz4", "numcodecs",
     "matplotlib", "mcap", "messages", "netCDF4", "pytest", "rclpy", "rosbags", "soundfile",
     "tornado", "tqdm", "xarray", "yaml", "zarr", "zstandard",
 }  # fmt: skip
