@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -34,6 +34,7 @@ from bouncing_disk_ros.maps.lanes.axial_lanes import iterated
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, periodic_orbit
 from bouncing_disk_ros.maps.rotation_map import LYAPUNOV, measure_attractor
+from bouncing_disk_ros.parameters import plain
 
 LONGEST = 64
 """Most impacts in one repetition of an orbit that is looked for."""
@@ -118,7 +119,10 @@ def _without_contact(
     section: NextCollisionMap, starts: Sequence[tuple[float, float] | MapState]
 ) -> Floats:
     """States (n, 2) after SETTLING impacts, of the starts that have not come to contact."""
-    states = [section.checked(start) for start in starts]
+    given = plain(starts)
+    if not isinstance(given, Iterable):
+        raise InputError("starts", starts, "a list of states, (τ, w_A) each")
+    states = [section.checked(start) for start in given]
     tau, w = np.array([state[:2] for state in states]).reshape(-1, 2).T
     tau, w, counts = iterated(tau, w, section.axial_parameters, SETTLING)
     return np.stack((tau, w), axis=1)[~counts.any(axis=1)]

@@ -20,6 +20,8 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.distributions import t_quantile
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.field_checks import items, whole
+from bouncing_disk_ros.parameters import plain
 
 PIXELS = 2**25
 """About so many pixels of a map are in memory at a time."""
@@ -156,6 +158,7 @@ def basin_entropy(labels: LabelMap, size: int = 5) -> BasinEntropy:
     >>> labels = (np.add.outer(np.arange(64), np.arange(64)) > 64).astype(np.int32)
     >>> basin_entropy(labels)
     """
+    size = whole("size", plain(size), 1)
     rows, _ = _checked(labels, size).shape
     total, squares, boundary_squares = 0.0, 0, 0
     for part in row_blocks(labels, 0, rows // size * size, size):
@@ -190,8 +193,7 @@ def uncertainty_exponent(
     >>> labels = (np.add.outer(np.arange(64), np.arange(64)) > 64).astype(np.int32)
     >>> uncertainty_exponent(labels).exponent
     """
-    sizes = np.array(distances or _sizes(_checked(labels, 1).shape), np.int64)
-    _checked(labels, int(sizes.max()))
+    sizes = _lengths("distances", distances, labels)
     edge = int(sizes.max())  # the same pixels for all distances, so that the shares compare
     rows, columns = labels.shape
     pixels = (rows - 2 * edge) * (columns if periodic else columns - 2 * edge)
@@ -238,10 +240,10 @@ def box_dimension(
     >>> labels = (np.add.outer(np.arange(64), np.arange(64)) > 64).astype(np.int32)
     >>> box_dimension(labels).exponent
     """
-    chosen = np.array(sizes or _sizes(_checked(labels, 1).shape), np.int64)
+    chosen = _lengths("sizes", sizes, labels)
     most = int(chosen.max())
     edge = (most + 1) // 2
-    rows, columns = _checked(labels, most).shape
+    rows, columns = labels.shape
     squares = (rows - 2 * edge) * (columns if periodic else columns - 2 * edge)
     counts = np.zeros(len(chosen))
     for part in row_blocks(labels, edge, rows - edge, before=edge, after=edge):
@@ -264,7 +266,19 @@ def _mixed_squares(ring: NDArray[Any], edge: int, side: int) -> int:
     return found
 
 
+def _lengths(field: str, given: Sequence[int], labels: LabelMap) -> NDArray[np.int64]:
+    """Lengths in pixels, as given or those of a map; InputError where it is too small for them."""
+    found = [whole(field, plain(one), 1) for one in items(field, plain(given))]
+    lengths = np.array(found or _sizes(_checked(labels, 1).shape), np.int64)
+    _checked(labels, int(lengths.max()))
+    return lengths
+
+
 def _checked(labels: LabelMap, size: int) -> LabelMap:
+    kind = getattr(getattr(labels, "dtype", None), "kind", "")
+    if kind not in ("b", "i", "u"):
+        given = f"{type(labels).__name__} of {getattr(labels, 'dtype', 'no type')}"
+        raise InputError("labels", given, "an array (rows, columns) of whole numbers")
     if labels.ndim != 2 or min(labels.shape) < 2 * size + 1:
         allowed = f"a map of at least {2 * size + 1} × {2 * size + 1} labels"
         raise InputError("labels", "an array of shape " + str(labels.shape), allowed)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.field_checks import number, whole
 from bouncing_disk_ros.maps.axial_map import (
     MAP_CONTACT,
     MAP_REST,
@@ -68,7 +69,8 @@ class NextCollisionMap:
     def __post_init__(self) -> None:
         for name, given in vars(self).items():
             value = plain(given)  # numbers of NumPy as Python's
-            _check(name, value, type(value) in (int, float), "a number")
+            is_number = type(value) is float or (type(value) is int and abs(value) <= 2**1000)
+            _check(name, value, is_number, "a number")
             object.__setattr__(self, name, value)
         _check(
             "axial_forcing",
@@ -93,7 +95,7 @@ class NextCollisionMap:
     def orbit(self, start: MapState, impacts: int) -> Impacts:
         """The next impacts after `start`; fewer where contact then lasts for good (Γ ≤ 1/π)."""
         tau, w, omega = self.checked(start)
-        _check("impacts", impacts, impacts >= 0, "a whole number >= 0")
+        impacts = whole("impacts", plain(impacts), 0)
         out = np.zeros((impacts, ORBIT_TURNED + 1))
         n = collision_orbit(tau, w, omega, *astuple(self), impacts, out)
         if n and out[n - 1, ORBIT_KIND] == MAP_REST:
@@ -194,9 +196,9 @@ def spread_starts(count: int, velocity_begin: float) -> list[MapState]:
 
     >>> spread_starts(24, velocity_begin=-5.0)
     """
-    if count < 1:
-        raise InputError("starts", count, "a whole number >= 1")
-    if not -math.inf < velocity_begin < 0.0:
+    count = whole("starts", plain(count), 1)
+    velocity_begin = number("velocity_begin", plain(velocity_begin))
+    if not velocity_begin < 0.0:
         raise InputError("velocity_begin", velocity_begin, "less than 0", "The window is empty.")
     found = []
     for k in range(count):

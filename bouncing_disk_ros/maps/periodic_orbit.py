@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.field_checks import whole
 from bouncing_disk_ros.maps.map_tangent import axial_tangent
 from bouncing_disk_ros.maps.next_collision import Array, MapState, NextCollisionMap
 from bouncing_disk_ros.maps.period_one import existence_limit, impact_velocity
@@ -17,6 +18,7 @@ from bouncing_disk_ros.maps.settled_speed import (
     largest_change,
     repeated_speed,
 )
+from bouncing_disk_ros.parameters import plain
 
 RESIDUAL = 1e-11
 """An orbit is found when it closes to this (rad, πg/ω) and Newton's method gets no closer."""
@@ -96,6 +98,7 @@ def fixed_point(
     >>> fixed_point(0.45, 0.5).multipliers
     """
     section = NextCollisionMap(axial_forcing, restitution, phase_lag, angular_forcing)
+    cycles = whole("cycles", plain(cycles), 1)
     least = cycles * existence_limit(restitution)
     if axial_forcing <= 0.0 or axial_forcing < least:
         raise InputError(
@@ -119,8 +122,7 @@ def periodic_orbit(section: NextCollisionMap, guess: MapState, impacts: int) -> 
 
     >>> periodic_orbit(NextCollisionMap(0.55, 0.5), MapState(0.9, -1.3), 2).multipliers
     """
-    if impacts < 1:
-        raise InputError("impacts", impacts, "a whole number >= 1")
+    impacts = whole("impacts", plain(impacts), 1)
     tau, w, _ = section.checked(guess)
     best = math.inf
     found = None

@@ -23,7 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, Motion
-from bouncing_disk_ros.errors import counted
+from bouncing_disk_ros.errors import InputError, counted
+from bouncing_disk_ros.field_checks import number, numbers
+from bouncing_disk_ros.parameters import plain
 from bouncing_disk_ros.report.recorded_offset import Offsets, axial_offset
 from bouncing_disk_ros.report.section import rows_of, single_impacts
 from bouncing_disk_ros.scalar_search import root_between
@@ -216,8 +218,9 @@ def restitution_of(
 
     With `platform_velocity` (ṡ at each row, m/s, shape (n,); nan leaves a row out, as where the
     motion is changing): from ẋ⁺ − ṡ = ε |w_A|. With `mass` (kg) instead: from F̂ = m (1 + ε) |w_A|.
-    ValueError unless exactly one is given. Rows that sum several impacts are left out; the `note`
-    says so, and also where ε seems to have changed: then the interval spans the parts.
+    ValueError unless exactly one is given, InputError for what cannot be used. Rows that sum
+    several impacts are left out; the `note` says so, and also where ε seems to have changed: then
+    the interval spans the parts.
 
     >>> record = read_run("run_1")
     >>> restitution_of(record.rows, mass=record.disk.mass)
@@ -227,9 +230,14 @@ def restitution_of(
     rows = rows_of(rows)
     fall = -rows["axial_impact_velocity"]
     if platform_velocity is not None:
+        platform_velocity = numbers("platform_velocity", platform_velocity)
+        if platform_velocity.shape not in ((), rows.shape):
+            shape = f"an array of shape {platform_velocity.shape}"
+            raise InputError("platform_velocity", shape, f"one of shape {rows.shape}, as the rows")
         y = rows["axial_velocity"] - platform_velocity
         size = np.abs(rows["axial_velocity"]) + np.abs(platform_velocity)
     else:
+        mass = number("mass", plain(mass), math.ulp(0.0))
         y = rows["axial_impulse"] / mass - fall
         size = rows["axial_impulse"] / mass + fall
     use = single_impacts(rows) & np.isfinite(y) & np.isfinite(fall)

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.core.model import Disk, ImpactKind, Motion
+from bouncing_disk_ros.field_checks import number, whole
+from bouncing_disk_ros.parameters import plain
 from bouncing_disk_ros.report.estimate import Estimate
 from bouncing_disk_ros.report.section import rows_of
 
@@ -91,7 +93,8 @@ def orbit_of(
 
     >>> orbit_of(simulate(60.0, preset="pizza_multiple_toss").impacts).name
     """
-    rows = rows_of(rows)
+    rows, longest = rows_of(rows), whole("longest", plain(longest), 1)
+    tolerance = number("tolerance", plain(tolerance), 0.0)
     gaps = np.flatnonzero(np.diff(rows["index"]) != 1.0)
     rows = rows[gaps[-1] + 1 :] if len(gaps) else rows
     path = _path(rows, motion, disk)

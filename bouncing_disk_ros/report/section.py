@@ -5,20 +5,28 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.core.model import Disk, ImpactKind, Motion
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, Disk, ImpactKind, Motion
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.scales import velocity_scale
 
 Rows = NDArray[np.void]
+_NAMES = IMPACT_DTYPE.names or ()
 
 
 def rows_of(given: object) -> Rows:
-    """Rows of IMPACT_DTYPE as they were given; InputError for a frame, which has rows by labels."""
+    """Rows (n,) of IMPACT_DTYPE as they were given; InputError for anything else.
+
+    So also for a frame, which has rows by labels.
+    """
+    shown = type(given).__name__
     if isinstance(given, np.ndarray) and given.dtype.names:
-        return given
+        missing = [name for name in _NAMES if name not in given.dtype.names]
+        if given.ndim == 1 and not missing:
+            return given
+        shown = f"rows without {missing[0]}" if missing else f"an array of shape {given.shape}"
     hint = "frame.to_records(index=False) makes one of a frame."
-    allowed = "an array of IMPACT_DTYPE, such as read_run(...).rows"
-    raise InputError("rows", type(given).__name__, allowed, hint)
+    allowed = "an array (n,) of IMPACT_DTYPE, such as read_run(...).rows"
+    raise InputError("rows", shown, allowed, hint)
 
 
 def single_impacts(rows: Rows) -> NDArray[np.bool_]:

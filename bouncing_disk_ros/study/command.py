@@ -268,7 +268,7 @@ class StudyWork:
     def _note(self, progress: Progress) -> None:
         if progress.note:
             print(f"{self._name}: {progress.note}", file=sys.stderr, flush=True)
-        if 0 < progress.resumed == progress.done < progress.total:
+        if self._progress is None and 0 < progress.resumed < progress.total:
             there = f"{progress.resumed} of {progress.total} parts are done"
             print(f"{self._name}: continuing: {there}", flush=True)
         if not sys.stderr.isatty() and time.monotonic() - self._told > LOG_SECONDS:

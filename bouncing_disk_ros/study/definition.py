@@ -84,6 +84,8 @@ class StudyDefinition:
 
     def make(self, values: Mapping[str, Value]) -> Study:
         """The study with these options; InputError for those that it cannot use."""
+        if "along" in values and values["begin"] == values["end"] and values["count"] != 1:
+            raise InputError("end", values["end"], "another value than begin", "The axis is empty.")
         made: Study = loaded(self.study)(values)
         return made
 

@@ -9,6 +9,7 @@ import logging
 import os
 import sys
 import tempfile
+import time
 import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
@@ -38,6 +39,8 @@ FIRST_BATCH = 32
 MAX_BACKLOG = 8
 """So many results sent back at once are a pile: then no more is given out."""
 POLL_SECONDS = 0.2
+WORKER_SECONDS = 5.0
+"""How often a run looks whether its cluster has a worker."""
 """How often a run that waits for results looks whether it is to stop."""
 
 Work = Callable[[Region], Arrays | None]
@@ -156,7 +159,14 @@ def _run(
             if study.sequential:
                 stored = _in_order(study, store, context, regions, stopped)
             else:
-                executor, count = ending.enter_context(_executor(workers, scheduler))
+                executor, count, has_worker = ending.enter_context(_executor(workers, scheduler))
+                alone = f"{scheduler} has no worker: the run waits for one"
+                stopped = _watched(
+                    stopped, has_worker,
+                    lambda: on_progress(
+                        Progress(store.regions_done, len(regions), resumed, alone)
+                    ),
+                )  # fmt: skip
                 held = token if store.sealed else ""  # without it workers send their parts back
                 claim = Claim(str(store.path.resolve()), held, bouncing_disk_ros.__version__)
                 work = (
@@ -172,6 +182,24 @@ def _run(
     if store.regions_done < len(regions):
         return None
     return _described(study, study.finish(opened(path), context))
+
+
+def _watched(
+    stopped: Callable[[], bool], has_worker: Callable[[], bool], say: Callable[[], None]
+) -> Callable[[], bool]:
+    """`stopped`, which also says it each time that no worker is left."""
+    asked, is_told = time.monotonic(), False
+
+    def watched() -> bool:
+        nonlocal asked, is_told
+        if time.monotonic() - asked > WORKER_SECONDS:
+            asked, is_alone = time.monotonic(), not has_worker()
+            if is_alone and not is_told:
+                say()
+            is_told = is_alone
+        return stopped()
+
+    return watched
 
 
 def _in_order(
@@ -329,12 +357,20 @@ def _check_versions(client: Any, scheduler: str) -> None:
         raise InputError("scheduler", scheduler, allowed, f"Found: {', '.join(sorted(others))}.")
 
 
+def _has_worker(client: Any) -> bool:
+    """Whether a cluster has a worker; a scheduler that is gone is an error of the work."""
+    try:
+        return bool(client.nthreads())
+    except OSError:
+        return True
+
+
 @contextmanager
-def _executor(workers: int, scheduler: str) -> Iterator[tuple[Executor, int]]:
-    """Where the regions are computed, and how many at a time."""
+def _executor(workers: int, scheduler: str) -> Iterator[tuple[Executor, int, Callable[[], bool]]]:
+    """Where the regions are computed, how many at a time, and whether there is a worker."""
     if not scheduler:
         with ThreadPoolExecutor(PREFETCH * workers, initializer=give_way) as pool:
-            yield pool, workers
+            yield pool, workers, lambda: True
         return
     try:
         from distributed import CancelledError, Client, KilledWorker
@@ -356,7 +392,7 @@ def _executor(workers: int, scheduler: str) -> Iterator[tuple[Executor, int]]:
         # a lost worker costs the region it had: Dask gives it to another one
         with client.get_executor(pure=False, retries=3) as pool:
             try:
-                yield pool, count
+                yield pool, count, partial(_has_worker, client)
             except (CancelledError, KilledWorker) as error:
                 why = str(error) or "its scheduler has gone"
                 raise ConnectionError(f"the Dask cluster lost the work: {why}") from error

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bouncing_disk_ros.study import run
+from bouncing_disk_ros.study import Progress, run, runner
 from bouncing_disk_ros.study.store import Store
 from support.studies import VALUES, Murderous, Patient, Products
 
@@ -59,3 +59,28 @@ def test_an_end_waits_for_no_part_that_workers_compute(scheduler: str, tmp_path:
     found = run(study, store, scheduler=scheduler)
     assert found is not None
     assert found.attrs["total"] == 0.5 * 21 * 10
+
+
+def test_a_cluster_without_workers_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The run waited without a word."""
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr(runner, "WORKER_SECONDS", 0.1)
+    notes: list[str] = []
+
+    def on_progress(progress: Progress) -> None:
+        if progress.note:
+            notes.append(progress.note)
+
+    with distributed.LocalCluster(
+        n_workers=0, processes=False, dashboard_address=None, silence_logs=50,
+        scheduler_kwargs={"dashboard_address": ":0"}, protocol="tcp",
+    ) as cluster:  # fmt: skip
+        address = cluster.scheduler_address
+        found = run(
+            Products(VALUES), tmp_path / "r.zarr", scheduler=address, on_progress=on_progress,
+            stopped=lambda: bool(notes),
+        )  # fmt: skip
+    assert found is None
+    assert notes == [f"{address} has no worker: the run waits for one"]

@@ -58,8 +58,8 @@ _SPECS = (
     replace(TABLE["mass"], source="only for results in SI units", while_unconfigured=False),
     replace(TABLE["frequency"], default=3.0, source="as in the preset pizza_multiple_toss; only "
             "for results in SI units", while_unconfigured=False),
-    replace(TABLE["gravity"], default=10.0, source="as in the preset pizza_multiple_toss; only "
-            "for results in SI units", while_unconfigured=False),
+    replace(TABLE["gravity"], default=10.0, low=1e-9, source="as in the preset "
+            "pizza_multiple_toss; only for results in SI units", while_unconfigured=False),
 )  # fmt: skip
 
 

@@ -74,8 +74,6 @@ class Bifurcation(Study):
         super().__init__(parameters)
         given = self.parameters
         self.axis = one_of("along", given["along"], MAP_PARAMETERS)
-        if given["begin"] == given["end"] and int(given["count"]) > 1:
-            raise InputError("end", given["end"], "another value than begin", "The axis is empty.")
         if self._follows_period_one and self.axis == "axial_forcing" and given["begin"] == 0.0:
             given["begin"] = first = _first_forcing(float(given["restitution"]))
             if not float(given["end"]) > first:

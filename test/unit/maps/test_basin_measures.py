@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps import basin_measures
 from bouncing_disk_ros.maps.basin_measures import (
     basin_entropy,
@@ -83,3 +85,24 @@ def test_strips_change_nothing(seed: int, rows: int, columns: int, periodic: boo
             patch.setattr(basin_measures, "_NEAR", pixels)
             assert measured() == whole
     assert unresolved_fraction(labels) == np.mean(labels == -1)
+
+
+def test_sizes_and_labels_of_other_kinds() -> None:
+    """Arrays of sizes and lists were tracebacks; parts of labels and of pixels were cut off."""
+    labels = (np.add.outer(np.arange(64), np.arange(64)) > 64).astype(np.int32)
+    sizes = [1, 2, 4]
+    for measure in (box_dimension, uncertainty_exponent):
+        wanted = measure(labels, sizes).exponent
+        given: list[Any] = [np.array(sizes), np.array(sizes, np.uint8), tuple(np.array(sizes))]
+        assert [measure(labels, one).exponent for one in given] == [wanted] * 3
+        assert measure(labels > 0, sizes).exponent == wanted
+        for wrong in ([1.5, 3.0], [0, 1, 2], [-1, 2, 4], [True], 3):
+            with pytest.raises(InputError, match=r"^(sizes|distances): got "):
+                measure(labels, wrong)  # type: ignore[arg-type]
+    assert basin_entropy(labels, np.uint8(5)) == basin_entropy(labels)  # type: ignore[arg-type]
+    for size in (0, -5, 2.5):
+        with pytest.raises(InputError, match=r"^size: got .*, allowed: a whole number >= 1"):
+            basin_entropy(labels, size)  # type: ignore[arg-type]
+    for other in (0.4 * labels, labels.tolist(), labels.astype(str), None):
+        with pytest.raises(InputError, match=r"^labels: .* allowed: an array \(rows, columns\)"):
+            basin_entropy(other)  # type: ignore[arg-type]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractor_search import find_attractors
 from bouncing_disk_ros.maps.attractors import AttractorKind
 from bouncing_disk_ros.maps.best_lag import best_lag
-from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
+from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap, spread_starts
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point, periodic_orbit
 from bouncing_disk_ros.maps.settled_speed import repeated_speed, settled_speed, settled_speeds
 from support.checks import refused
@@ -140,3 +141,21 @@ def test_rest_and_what_roundings_decide_have_no_speed(axial_forcing: float) -> N
     known = find_attractors(section, STARTS)
     assert [one.cycles for one in known.found] == [0]
     assert np.isnan(settled_speeds(known, section, np.zeros(2))).all()
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda: NextCollisionMap(10**400, 0.5),
+        lambda: fixed_point(0.45, 0.5, cycles=0),
+        lambda: fixed_point(0.45, 0.5, cycles="1"),  # type: ignore[arg-type]
+        lambda: periodic_orbit(NextCollisionMap(0.45, 0.5), MapState(0.9, -1.3), 1.0),  # type: ignore[arg-type]
+        lambda: spread_starts(2.5, -5.0),  # type: ignore[arg-type]
+        lambda: spread_starts(5, "-5"),  # type: ignore[arg-type]
+        lambda: find_attractors(NextCollisionMap(0.45, 0.5), None),  # type: ignore[arg-type]
+    ],
+)
+def test_what_is_no_number_of_a_map_is_refused(wrong: Callable[[], object]) -> None:
+    """These were tracebacks."""
+    with pytest.raises(InputError):
+        wrong()

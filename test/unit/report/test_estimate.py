@@ -240,6 +240,54 @@ def test_summed_rows_and_missing_values_are_left_out_and_impossible_ones_said() 
     assert found.note.startswith("outside 0 to 1: check mass")
 
 
+@pytest.mark.parametrize(
+    ("wrong", "line"),
+    [
+        (lambda rows: rows[None], r"got 'an array of shape \(1, 20\)', allowed: an array \(n,\)"),
+        (lambda rows: rows[0:1][0], "rows: got 'void', allowed"),
+        (lambda rows: np.array(rows[0]), r"got 'an array of shape \(\)'"),
+        (lambda rows: rows[["x", "time"]], "rows: got 'rows without y', allowed"),
+    ],
+)
+def test_what_is_no_array_of_rows_is_refused(wrong: Any, line: str) -> None:
+    """These were tracebacks."""
+    rows, disk, motion = run()
+    for use in (
+        lambda given: restitution_of(given, mass=disk.mass),
+        lambda given: friction_of(given, disk),
+        lambda given: platform_velocities(given, motion),
+        orbit_of,
+    ):
+        with pytest.raises(InputError, match=line):
+            use(wrong(rows[:20]))
+
+
+def test_velocities_a_mass_and_numbers_of_other_kinds() -> None:
+    """Masked velocities counted, true was 1 kg, and most of these were tracebacks."""
+    rows, disk, motion = run()
+    velocities = platform_velocities(rows, motion)
+    wanted = restitution_of(rows, velocities)
+    for one in (velocities.tolist(), velocities.astype(object), velocities.astype(">f8")):
+        assert restitution_of(rows, one) == wanted
+    kilograms: Any = np.array(disk.mass)
+    assert restitution_of(rows, mass=kilograms) == restitution_of(rows, mass=disk.mass)
+    masked: Any = np.ma.array(velocities, mask=velocities < 0.1)
+    wrong: list[tuple[str, Any]] = [
+        ("platform_velocity", masked), ("platform_velocity", velocities[:-1]),
+        ("platform_velocity", velocities.astype(str)), ("mass", True), ("mass", "0.25"),
+        ("mass", math.nan), ("mass", 0.0),
+    ]  # fmt: skip
+    for name, value in wrong:
+        with pytest.raises(InputError, match=f"^{name}: got "):
+            restitution_of(rows, **{name: value})
+    numbers: list[tuple[str, Any]] = [
+        ("tolerance", math.nan), ("longest", 200.0), ("longest", True)
+    ]  # fmt: skip
+    for name, value in numbers:
+        with pytest.raises(InputError, match=f"^{name}: got "):
+            orbit_of(rows, **{name: value})
+
+
 def test_a_frame_is_refused_with_the_way_out() -> None:
     """Its rows have labels: differences and places of them meant others, or it was a traceback."""
     rows, disk, motion = run()

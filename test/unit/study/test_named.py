@@ -76,6 +76,9 @@ def test_what_is_given_stays_and_integers_are_cast_and_the_file_of_figure_3_fits
         ("basin_shares", {"along": "axial"}, "Did you mean axial_forcing?"),
         ("resilience", {"along": "epsilon"}, "Did you mean restitution?"),
         ("bifurcation", {"begin": 0.4, "end": 0.4}, "The axis is empty"),
+        ("basin_shares", {"begin": 0.4, "end": 0.4}, "The axis is empty"),
+        ("resilience", {"begin": 0.4, "end": 0.4}, "The axis is empty"),
+        ("resilience", {"gravity": 0.0}, "gravity: got 0.0, allowed: a finite number >= 1e-09"),
         (
             "bifurcation",
             {"begin": 0.3},
