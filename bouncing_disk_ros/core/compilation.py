@@ -3,19 +3,24 @@
 By itself numba optimises each inner function again in each caller, and links all callees into each
 function. Its passes over closures, overloads and array expressions change nothing in a kernel. For
 each `a * b` it tries all functions of that operator, array functions first. Without this work a
-first start takes two thirds of the processor time. Nothing may be compiled with fastmath.
+first start takes two thirds of the processor time. Nothing may be compiled with fastmath. What
+Python calls has its constants next to its instructions (`NearConstants`).
 """
 
 from __future__ import annotations
 
 import gc
+import platform
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
+from inspect import signature as parameters_of
 from typing import Any, TypeAlias
 
-from numba import njit, types
-from numba.core.caching import FunctionCache
-from numba.core.codegen import JITCodeLibrary
+from numba import config, njit, types
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
+from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
 from numba.core.codegen import ll as llvm
 from numba.core.compiler import Compiler
 from numba.core.runtime import rtsys
@@ -116,6 +121,65 @@ class InnerCompiler(Compiler):
         return found
 
 
+class NearConstants(JITCPUCodegen):
+    """numba's generator of machine code, with the constants of an object next to its instructions.
+
+    By itself numba allows them any distance, and loads the address of a constant before each use: a
+    tenth of all instructions of a kernel. llvmlite's memory manager gives an object one piece of
+    memory; within it a distance of 32 bits is enough.
+    """
+
+    def _init(self, module: Any) -> None:
+        """Make the engine that holds the code, with llvmlite's memory manager."""
+        before = config.USE_LLVMLITE_MEMORY_MANAGER
+        config.USE_LLVMLITE_MEMORY_MANAGER = True
+        try:
+            super()._init(module)
+        finally:
+            config.USE_LLVMLITE_MEMORY_MANAGER = before
+
+    def _customize_tm_options(self, options: dict[str, Any]) -> None:
+        """Add the options of the target machine."""
+        super()._customize_tm_options(options)
+        options.update(codemodel="small", reloc="pic")
+
+
+@cache
+def codegen_of_entries() -> NearConstants | None:
+    """The generator of the machine code of all entries; None: numba's own.
+
+    Other processors have no such cost. llvmlite has its memory manager from 0.43 on.
+    """
+    has_manager = "use_lmm" in parameters_of(llvm.create_mcjit_compiler).parameters
+    if (sys.platform, platform.machine()) != ("linux", "x86_64") or not has_manager:
+        return None
+    return NearConstants("bouncing_disk_ros.entries")
+
+
+class EntryCompiler(Compiler):
+    """numba's compiler for functions that Python calls."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return numba's passes; they fill a library of `codegen_of_entries`."""
+        codegen = codegen_of_entries()
+        if codegen is not None:
+            self.state.library = codegen.create_library(self.state.func_id.func_qualname)
+            self.state.library.enable_object_caching()
+        found: list[Any] = super().define_pipelines()
+        return found
+
+
+class EntryLoading(CompileResultCacheImpl):
+    """numba's loading of machine code, into the engine of `codegen_of_entries`."""
+
+    def rebuild(self, context: Any, payload: Any) -> Any:
+        """Return the compiled entry."""
+        codegen = codegen_of_entries()
+        if codegen is not None:
+            context = context.subtarget(_internal_codegen=codegen)
+        return super().rebuild(context, payload)
+
+
 def _holds_array(kind: types.Type) -> bool:
     """Whether a type is that of an array, or of a tuple with one in it."""
     if isinstance(kind, types.BaseTuple):
@@ -158,6 +222,8 @@ class QuickCache(FunctionCache):
     They take 0.2 s. A compilation makes them.
     """
 
+    _impl_class = EntryLoading
+
     def load_overload(self, signature: object, context: Any) -> Any:
         """Return the entry with this signature; None: it is not stored."""
         rtsys.initialize(context)  # what the code calls for its arrays
@@ -199,17 +265,25 @@ def _inner(function: Kernel, *, inlined: bool, **options: bool) -> Kernel:
 
 def entry(*signature: object) -> Callable[[Kernel], Kernel]:
     """Compile a function that Python calls: one signature, cached, without the GIL."""
-    from bouncing_disk_ros.kernel_cache import share_compiled_kernels
 
     def compile_entry(function: Kernel) -> Kernel:
-        share_compiled_kernels()
         with _quick_compilation():
-            compiled: Any = njit(
-                error_model="numpy", nogil=True, cache=True, no_cfunc_wrapper=True
-            )(function)
-            compiled._cache = QuickCache(function)
-            compiled.compile(*signature)
-            compiled.disable_compile()
-        return compiled
+            return compiled_entry(function, signature)
 
     return compile_entry
+
+
+def compiled_entry(function: Kernel, signature: tuple[object, ...], **options: bool) -> Kernel:
+    """Compile an entry, or load it. `options`: more of numba's."""
+    from bouncing_disk_ros.kernel_cache import share_compiled_kernels
+
+    share_compiled_kernels()
+    compiled: Any = njit(
+        error_model="numpy", nogil=True, cache=True, no_cfunc_wrapper=True,
+        pipeline_class=EntryCompiler, **options,
+    )(function)  # fmt: skip
+    compiled._cache = QuickCache(function)
+    compiled.compile(*signature)
+    compiled.disable_compile()
+    found: Kernel = compiled
+    return found
