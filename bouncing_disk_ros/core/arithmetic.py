@@ -49,6 +49,16 @@ def two_sum(a: float, b: float) -> tuple[float, float]:
     return total, (a - (total - t)) + (b - t)
 
 
+@kernel
+def fast_two_sum(a: float, b: float) -> tuple[float, float]:
+    """`two_sum` where |a| ≥ |b| or a is 0 (Dekker), by half the operations.
+
+    With the same bits but where b is −0.
+    """
+    total = a + b
+    return total, b - (total - a)
+
+
 @intrinsic
 def _fused(_typing: Any, _a: Any, _b: Any, _c: Any) -> Any:
     """a b + c, rounded once: by the processor, or by the C library where it cannot.
@@ -91,7 +101,7 @@ def pair_sum(ah: float, al: float, bh: float, bl: float) -> tuple[float, float]:
 def pair_product(ah: float, al: float, bh: float, bl: float) -> tuple[float, float]:
     """Product of two double-double numbers."""
     p, e = two_product(ah, bh)
-    return two_sum(p, e + (ah * bl + al * bh))
+    return fast_two_sum(p, e + (ah * bl + al * bh))
 
 
 @kernel
@@ -99,7 +109,7 @@ def pair_quotient(ah: float, al: float, b: float) -> tuple[float, float]:
     """Quotient of a double-double number and a float64."""
     q = ah / b
     p, e = two_product(q, b)
-    return two_sum(q, ((ah - p) - e + al) / b)
+    return fast_two_sum(q, ((ah - p) - e + al) / b)
 
 
 @kernel

@@ -42,21 +42,18 @@ def chatter_duration(motion: Record, disk: Record, s: Jet, u: float) -> tuple[fl
     """Time from an impact (post-impact relative speed u > 0) to the end of its complete chatter, s.
 
     T = T₀ − s⃛T₀²/(3a) + …, T₀ = 2u/(a(1 − ε)). The second value says whether that is exact to
-    rounding.
+    rounding. For most that are not, T₀ alone is returned.
     """
     a = disk.g + s[2]
     if a <= 0.0 or disk.restitution >= 1.0:
         return 0.0, False
     t = 2.0 * u / (a * (1.0 - disk.restitution))
+    turning = disk.grip > 0.0 and motion.b2 > 0.0 and t * motion.omega_max > _STRAIGHT
+    if turning:
+        return t, False
     x = abs(s[3]) * t / a
     y = motion.s4 * t * t / a
-    turning = disk.grip > 0.0 and motion.b2 > 0.0 and t * motion.omega_max > _STRAIGHT
-    exact = (
-        not turning
-        and x < _MARGIN
-        and y < _MARGIN
-        and (x * x + y) * t * motion.omega_max <= _PHASE_ROUNDING
-    )
+    exact = x < _MARGIN and y < _MARGIN and (x * x + y) * t * motion.omega_max <= _PHASE_ROUNDING
     return t - s[3] * t * t / (3.0 * a), exact
 
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from bouncing_disk_ros.core.arithmetic import (
     GIGA,
     TWO_PI,
+    fast_two_sum,
     floor,
     pair_product,
     pair_quotient,
@@ -50,7 +51,7 @@ def _whole(high: float, low: float) -> tuple[int, float]:
 def instant_of(motion: Record, cycles: int, tau: float) -> tuple[int, float]:
     """(ns, remainder in ns) of a forcing phase of a steady motion."""
     nh, nl = _pair_of_int(cycles - motion.cycles)
-    xh, xl = two_sum(nh, (tau - motion.tau) / TWO_PI)
+    xh, xl = fast_two_sum(nh, (tau - motion.tau) / TWO_PI)  # of a whole number and a part of 1
     if nl != 0.0:
         xh, xl = two_sum(xh, xl + nl)
     th, tl = pair_product(xh, xl, GIGA, 0.0)

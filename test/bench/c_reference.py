@@ -23,12 +23,15 @@ FLAGS = ("-O3", "-march=native", "-shared", "-fPIC", "-lm")
 
 
 class CReference:
-    """`impacts` of impacts.c, compiled into a folder."""
+    """`impacts` and `divisions` of impacts.c, compiled into a folder."""
 
     def __init__(self, folder: Path) -> None:
         library = folder / "impacts.so"
         subprocess.run(["gcc", *FLAGS[:-1], str(SOURCE), "-o", str(library), FLAGS[-1]], check=True)
-        self._impacts = ctypes.CDLL(str(library)).impacts
+        found = ctypes.CDLL(str(library))
+        self._divisions = found.divisions
+        self._divisions.argtypes, self._divisions.restype = [ctypes.c_long, ctypes.c_int], None
+        self._impacts = found.impacts
         self._impacts.argtypes = [ctypes.c_double] * 4 + [ctypes.c_void_p, ctypes.c_long]
         self._impacts.restype = ctypes.c_long
 
@@ -43,6 +46,10 @@ class CReference:
         """Fill out (n, 2) with the phase and |w_A| of n impacts; the whole cycles passed."""
         cycles: int = self._impacts(axial_forcing, restitution, tau, u, out.ctypes.data, len(out))
         return cycles
+
+    def divisions(self, n: int, *, other: bool) -> None:
+        """n chains of ten divisions, alone or with other work beside them."""
+        self._divisions(n, other)
 
     @staticmethod
     def missing() -> str:

@@ -67,3 +67,22 @@ long impacts(double forcing, double restitution, double tau, double u, double *o
     }
     return turns;
 }
+
+/* How far ahead the core looks: n times ten divisions, each of the one before it, and with `other`
+   180 independent instructions besides. Those cost next to nothing where the core reaches the next
+   divisions in time; where it shares its buffers with another thread they cost a quarter. */
+double divisions(long n, int other) {
+    double x = 1.0;
+    for (long i = 0; i < n; i++) {
+#pragma GCC unroll 10
+        for (int j = 0; j < 10; j++) {
+            x = 1.0 / (x + 1.0);
+            __asm__ volatile("" : "+x"(x));
+        }
+        if (other) {
+            long y = i;
+            __asm__ volatile(".rept 60\n\timul %0, %0\n\tnop\n\tnop\n\t.endr" : "+r"(y));
+        }
+    }
+    return x;
+}

@@ -66,7 +66,14 @@ def runs_of(regime: Regime, c: CReference | None, heyoka: HeyokaReference | None
         compiled()
         agree("C", out_of_c[:, 0], expected[:, 0])
         agree("C", out_of_c[:, 1], expected[:, 1])
+
+        def chain(*, other: bool) -> int:
+            by_c.divisions(IMPACTS, other=other)
+            return IMPACTS
+
         runs["C"] = compiled
+        runs["chain"] = lambda: chain(other=False)
+        runs["chain, work"] = lambda: chain(other=True)
     if heyoka is not None:
         integrator = heyoka
         integrator.impacts(2 * COMPARED)
@@ -111,7 +118,14 @@ def rows_of(regime: str, times: dict[str, NDArray[np.float64]]) -> list[Row]:
         "full": "Simulation.advance, all",
         "C": "scalar C, axial",
         "heyoka": "heyoka, scalar, axial",
+        "chain": "a chain of ten divisions",
+        "chain, work": "the chain with other work beside it",
     }
-    pairs = (("core", "C", Aim(1.1)), ("full", "C", Aim(1.8)), ("heyoka", "core", Aim(None, 20)))
+    pairs = (
+        ("core", "C", Aim(1.1)),
+        ("full", "C", Aim(1.8)),
+        ("heyoka", "core", Aim(None, 20)),
+        ("chain, work", "chain", None),
+    )
     ratios = [(names[a], names[b], f"{names[a]} / {names[b]}", aim) for a, b, aim in pairs]
     return compared(PART, regime, "ns", {names[key]: t for key, t in times.items()}, ratios)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numba import types
+from numba import config, types
 from numba.core.errors import TypingError
 from numba.core.types.functions import BaseFunction
 
@@ -51,6 +51,36 @@ def test_two_sum_and_two_product_lose_nothing(a: float, b: float) -> None:
         assert Fraction(p) + Fraction(e) == Fraction(a) * Fraction(b)
 
 
+@given(NUMBERS, NUMBERS)
+def test_the_fast_sum_has_the_bits_of_the_other_where_the_first_is_larger_or_0(
+    a: float, b: float
+) -> None:
+    a, b = a + 0.0, b + 0.0  # no −0
+    larger, smaller = sorted((a, b), key=abs, reverse=True)
+    for pair in ((larger, smaller), (0.0, b), (a, a), (a, 0.0 - a)):
+        fast, slow = arithmetic.fast_two_sum(*pair), arithmetic.two_sum(*pair)
+        assert [x.hex() for x in fast] == [x.hex() for x in slow]
+
+
+MODERATE = st.floats(-1e30, 1e30).filter(lambda x: x == 0 or abs(x) > 1e-30)
+
+
+@given(MODERATE, MODERATE, MODERATE, MODERATE)
+def test_products_and_quotients_of_pairs_keep_a_larger_first_part(
+    a: float, b: float, c: float, d: float
+) -> None:
+    """So that the fast sum in them loses nothing."""
+    first, second = arithmetic.two_sum(a, b), arithmetic.two_sum(c, d)
+    product, e = arithmetic.two_product(first[0], second[0])
+    rest = e + (first[0] * second[1] + first[1] * second[0])
+    assert arithmetic.pair_product(*first, *second) == arithmetic.two_sum(product, rest)
+    if c != 0.0:
+        q = first[0] / c
+        p, e = arithmetic.two_product(q, c)
+        rest = ((first[0] - p) - e + first[1]) / c
+        assert arithmetic.pair_quotient(*first, c) == arithmetic.two_sum(q, rest)
+
+
 @given(st.floats(0, 1))
 def test_arccosine_inverts_the_cosine(c: float) -> None:
     """To two ulp of π/2, also where the cosine hardly changes."""
@@ -69,6 +99,16 @@ def test_an_inlined_kernel_that_returns_an_array_is_refused_and_numba_as_it_was(
         compilation.entry(types.float64(types.float64))(lambda x: x.unknown)
     assert BaseFunction.get_call_type is find
     assert gc.isenabled()
+
+
+def test_entries_have_an_engine_of_their_own_and_numba_keeps_its_memory_manager() -> None:
+    codegen = compilation.codegen_of_entries()
+    if codegen is None:
+        pytest.skip("this processor, or this llvmlite, has no constants next to the instructions")
+    entry: Any = arithmetic_kernels.sine_and_cosine
+    (compiled,) = entry.overloads.values()
+    assert compiled.library.codegen is codegen
+    assert not config.USE_LLVMLITE_MEMORY_MANAGER
 
 
 # --- the law of restitution -----------------------------------------------------------------------
