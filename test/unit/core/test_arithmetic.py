@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numba import config, types
+from numba import types
 from numba.core.errors import TypingError
 from numba.core.types.functions import BaseFunction
 
@@ -99,16 +99,6 @@ def test_an_inlined_kernel_that_returns_an_array_is_refused_and_numba_as_it_was(
         compilation.entry(types.float64(types.float64))(lambda x: x.unknown)
     assert BaseFunction.get_call_type is find
     assert gc.isenabled()
-
-
-def test_entries_have_an_engine_of_their_own_and_numba_keeps_its_memory_manager() -> None:
-    codegen = compilation.codegen_of_entries()
-    if codegen is None:
-        pytest.skip("this processor, or this llvmlite, has no constants next to the instructions")
-    entry: Any = arithmetic_kernels.sine_and_cosine
-    (compiled,) = entry.overloads.values()
-    assert compiled.library.codegen is codegen
-    assert not config.USE_LLVMLITE_MEMORY_MANAGER
 
 
 # --- the law of restitution -----------------------------------------------------------------------
