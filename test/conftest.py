@@ -148,10 +148,9 @@ def warm_juggling(warm_kernels: None) -> None:
 
 
 @pytest.fixture
-def start(request: pytest.FixtureRequest, ros_domain: int, warm_kernels: None) -> Iterator[Starter]:
+def start(ros_domain: int, warm_kernels: None) -> Iterator[Starter]:
     """Start executables and commands as processes; see support/processes.py."""
-    others = map(request.node.get_closest_marker, ("bench", "soak", "interop"))
-    starter = Starter(forks=not any(others))
+    starter = Starter()
     yield starter
     starter.close()
 

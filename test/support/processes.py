@@ -6,10 +6,9 @@
         assert node.end(signal.SIGINT) == 0  # signals it, waits for the end, returns the code
         assert "Traceback" not in node.output
 
-`start(name, *arguments, env={...})` runs `python -m bouncing_disk_ros name arguments`; in `make
-test` by a fork where support/forked.py names it and no `env` is given. `env` is laid over the
-environment, a value of None removes a variable. `start.command([...])` runs anything else;
-`start.finish(name, *arguments)` also waits for the end. What still runs when the test ends is
+`start(name, *arguments, env={...})` runs `python -m bouncing_disk_ros name arguments`; `env` is
+laid over the environment, a value of None removes a variable. `start.command([...])` runs anything
+else; `start.finish(name, *arguments)` also waits for the end. What still runs when the test ends is
 killed, with its children; the output of every process is printed for a test that fails.
 """
 
@@ -27,9 +26,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import IO
 
-from support.forked import LOADED, Forked
-
-HEAD = [sys.executable, "-m", "bouncing_disk_ros"]
 PATIENCE = 30.0  # s; bounds a wait for a condition, long past any start-up on a loaded machine
 INFORMATION = re.compile(
     r"\[INFO\]"
@@ -60,27 +56,21 @@ class Process:
         command: Sequence[str],
         env: Mapping[str, str | None] | None = None,
         cwd: str | None = None,
-        *,
-        forked: bool = False,
     ) -> None:
         self.command = list(command)
         self.lines: list[tuple[str, str]] = []
         self._changed = threading.Condition()
-        self._popen: subprocess.Popen[str] | Forked
-        if forked:
-            self._popen = Forked(self.command[len(HEAD) :], environment())
-        else:
-            self._popen = subprocess.Popen(
-                self.command,
-                env=environment(env),
-                cwd=cwd,
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-                text=True,
-                errors="replace",
-                start_new_session=True,
-            )
+        self._popen = subprocess.Popen(
+            self.command,
+            env=environment(env),
+            cwd=cwd,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            errors="replace",
+            start_new_session=True,
+        )
         assert self._popen.stdout is not None
         assert self._popen.stderr is not None
         self._readers = [
@@ -204,19 +194,16 @@ def any_ends(processes: Sequence[Process], timeout: float = PATIENCE) -> None:
 
 
 class Starter:
-    """Starts processes and keeps them, so that none outlives the test. `forks`: those it may."""
+    """Starts processes and keeps them, so that none outlives the test."""
 
-    def __init__(self, *, forks: bool = True) -> None:
+    def __init__(self) -> None:
         self.processes: list[Process] = []
-        self._forks = LOADED if forks else ()
 
     def __call__(
         self, name: str, *arguments: str, env: Mapping[str, str | None] | None = None
     ) -> Process:
         """Start the executable `name` of this package."""
-        forked = name in self._forks and not env
-        self.processes.append(Process([*HEAD, name, *arguments], env, forked=forked))
-        return self.processes[-1]
+        return self.command([sys.executable, "-m", "bouncing_disk_ros", name, *arguments], env=env)
 
     def command(
         self,
@@ -225,8 +212,9 @@ class Starter:
         cwd: str | None = None,
     ) -> Process:
         """Start any command."""
-        self.processes.append(Process(command, env, cwd))
-        return self.processes[-1]
+        process = Process(command, env, cwd)
+        self.processes.append(process)
+        return process
 
     def finish(
         self,
