@@ -82,7 +82,7 @@ def _seconds_to_compute(study: Basins) -> list[float]:
 
 def _seconds_to_store() -> list[float]:
     """For a region of the map with settled starts."""
-    study, small = basins(SIDE), basins(2 * REGION)
+    study, small = basins(SIDE), basins(4 * REGION)  # of 16 regions of this side
     context = small.context()
     found = []
     with tempfile.TemporaryDirectory() as folder:
