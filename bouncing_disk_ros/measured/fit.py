@@ -262,11 +262,9 @@ class _Known:
     def _corrected(self, found: _Sequence, recording: Recording, errors: Array | None) -> _Sequence:
         """The fit without those missed impacts, contacts and rejected hits that make it unlikelier.
 
-        Near a graze the search for chains takes a hit for a false one, or misses an impact. Each
-        one that is tried takes a fit, so there is no correction of more than 120 hits.
+        Near a graze the search for chains takes a hit for a false one, or misses an impact. Several
+        are undone one after another, until none is left that makes the fit likelier.
         """
-        if len(recording.times) > _MOST_SCANNED:
-            return found
         times, profiles = recording.times, found.profiles
         model = replace(profiles.model, scatter=profiles.best.rho)
 
@@ -277,20 +275,23 @@ class _Known:
                 return self._evidence(_Sequence(chain, data, fitted, found.draws), recording)
             return -math.inf
 
+        before: Chain | None = None
         chain = found.chain
         heard, top = self._heard(times), evidence(chain)
-        for part, odd in (("missed", chain.missed), ("contacts", chain.kept[chain.contacts]),
-                          ("kept", np.setdiff1d(heard, chain.kept))):  # fmt: skip
-            for one in odd:
-                if part == "missed":
-                    other = replace(chain, missed=chain.missed[chain.missed != one])
-                elif part == "contacts":
-                    others = chain.kept[chain.contacts] != one
-                    other = replace(chain, contacts=chain.contacts[others])
-                else:
-                    other = chain.with_hit(int(one), times)
-                if (own := evidence(other)) > top:
-                    chain, top = other, own
+        while chain is not before:
+            before = chain
+            for part, odd in (("missed", chain.missed), ("contacts", chain.kept[chain.contacts]),
+                              ("kept", np.setdiff1d(heard, chain.kept))):  # fmt: skip
+                for one in odd:
+                    if part == "missed":
+                        other = replace(chain, missed=chain.missed[chain.missed != one])
+                    elif part == "contacts":
+                        others = chain.kept[chain.contacts] != one
+                        other = replace(chain, contacts=chain.contacts[others])
+                    else:
+                        other = chain.with_hit(int(one), times)
+                    if (own := evidence(other)) > top:
+                        chain, top = other, own
         if chain is found.chain:
             return found
         data = self._data(recording, errors, chain)

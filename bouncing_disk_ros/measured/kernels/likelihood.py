@@ -29,9 +29,10 @@ from bouncing_disk_ros.measured.kernels.rest_laws import (
     rest_equations,
 )
 
-_ROUNDS = 200
 _LEAST_PART = 1e-3
 """Of a step."""
+_WAIT = 10
+"""Rounds in which the squared step has to be halved: so many double the least part to a whole."""
 _CLOSE = 1e-12
 """Squared steps in errors, per time: below it the mode is found."""
 _NEAR = 1e-6
@@ -396,7 +397,9 @@ def fit_times(
     c⁻², which count among the squares; h (free, free): the information in units of c⁻²; b (n, 3):
     B; low (n, 3): Cholesky factor of S. A step of Gauss and Newton is shortened until that from its
     end, with the same derivatives, is shorter too (natural test of Deuflhard, "Newton Methods for
-    Nonlinear Problems", 2004).
+    Nonlinear Problems", 2004). Far from the times such steps can go back and forth for ever (Ascher
+    and Osborne, "A note on solving nonlinear equations and the natural criterion function", 1987).
+    So the search ends where steps do not become shorter.
     """
     n, size = t.size - 2, free.size
     e, every, d, white = np.empty(n), np.empty((PARAMETERS, n)), np.empty((size, n)), np.empty(n)
@@ -406,8 +409,8 @@ def fit_times(
     )  # fmt: skip
     if not _equations(th, p, kinds, g, e, b, every):
         return _IMPOSSIBLE, 0.0
-    part, length, is_found = 1.0, 0.0, False
-    for _ in range(_ROUNDS):
+    part, length, is_found, least, since = 1.0, 0.0, False, inf, 0
+    while since < _WAIT:
         if not _factor(b, sig, rho, low) < inf:
             return _IMPOSSIBLE, 0.0
         _whitened(low, every, free, known, d, h)
@@ -416,6 +419,7 @@ def fit_times(
         if not length < inf:
             return _IMPOSSIBLE, 0.0
         is_found = length < _CLOSE * t.size
+        least, since = (length, 0) if length < 0.5 * least else (least, since + 1)
         part = min(_part(p, free, by), 2.0 * part)
         while part > _LEAST_PART:
             q, places = _added(p, free, part, by), th + part * move
