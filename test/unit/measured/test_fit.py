@@ -7,7 +7,6 @@ import math
 import re
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -753,27 +752,6 @@ def test_a_chain_is_corrected_where_its_fit_is_unlikelier(
     fit = fit_impacts(times, frequency=20.0, scatter=scatter if scatter == 0.0 else -1.0)
     assert not len(fit.rejected)
     assert not fit.missed.any()
-
-
-def test_a_search_whose_steps_go_back_and_forth_ends() -> None:
-    """A missed impact at a wrong time: 200 rounds went between two points, 35 times the time."""
-    times, phases = vibrating(np.random.default_rng(3), 8, 118, 0.8, 0.7, 0.003, skip=30)
-    amplitude = 0.8 * math.pi * GRAVITY / OMEGA**2
-    start = np.array([0.7, amplitude, phases[0], OMEGA, 0.0, 0.0])
-    missed, errors = np.arange(118) == 29, np.full(118, 1e-4)
-    wrong = np.where(missed, 0.7 * np.roll(times[0], 1) + 0.3 * np.roll(times[0], -1), times[0])
-
-    def duration(data: Data) -> float:
-        durations = []
-        for _ in range(5):
-            begun = time.process_time()
-            Profiles(data, Model((0, 1, 2), GRAVITY, 0.003), start)
-            durations.append(time.process_time() - begun)
-        return min(durations)
-
-    right = duration(Data(times[0], errors, np.zeros(118, bool), True, 0.0))
-    odd = duration(Data(wrong, np.where(missed, 0.1, errors), missed, True, 0.0))
-    assert odd < 15.0 * right
 
 
 def test_hits_are_fitted_or_rejected_though_chains_go_on_changing(
