@@ -78,9 +78,10 @@ def _compile(definition: StudyDefinition, values: Mapping[str, Value], stop: Sto
 def _leave_dask_out(values: Mapping[str, Value]) -> None:
     """Let xarray find no Dask: where it is installed, it takes as long to load as all kernels.
 
-    Not for a user's process. The cluster of a `scheduler` needs it.
+    Not for a user's process: an xarray that is loaded may have found it already. The cluster of a
+    `scheduler` needs it.
     """
-    if not values["scheduler"]:
+    if not values["scheduler"] and "xarray" not in sys.modules:
         sys.modules.setdefault("dask", None)  # type: ignore[arg-type] # an import fails at once
 
 
