@@ -85,7 +85,7 @@ class DemoNode(Node):
         """Run the whole demonstration; the exit code."""
         print(
             f"{OPENING}\nTo look or to interfere from a second terminal: {export}\n"
-            "Starting the simulator (the first start on a machine compiles for some 25 s) ...",
+            "Starting the simulator (the first start on a machine compiles for 10 to 20 s) ...",
             flush=True,
         )
         started = wait_for(self, stop, lambda: self._is_over() or self.time > 0.0, START_SECONDS)
