@@ -132,7 +132,7 @@ def _quick_compilation() -> Iterator[None]:
     """Remember what numba looks up again and again; no events of locks, no looks for cycles.
 
     What is remembered: functions for operators of numbers, sizes of types, signatures of numba's
-    own functions. Of events, each call of LLVM has two, told to a timer for each open compilation.
+    own functions. Each call of LLVM has two events, and each open compilation a timer for them.
     """
     known: dict[Any, Any] = {}
     find = BaseFunction.get_call_type
@@ -164,14 +164,14 @@ def _quick_compilation() -> Iterator[None]:
             gc.enable()
 
 
-def _of_compilations(tell: Callable[..., None]) -> Callable[..., None]:
-    """numba's function that tells of an event, for events of compilations alone."""
+def _of_compilations(send: Callable[..., None]) -> Callable[..., None]:
+    """numba's function that sends an event, for events of compilations alone."""
 
-    def told(kind: str, *arguments: Any, **named: Any) -> None:
+    def sent(kind: str, *arguments: Any, **named: Any) -> None:
         if kind == "numba:compile":
-            tell(kind, *arguments, **named)
+            send(kind, *arguments, **named)
 
-    return told
+    return sent
 
 
 class QuickCache(FunctionCache):

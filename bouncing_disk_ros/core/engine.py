@@ -65,7 +65,7 @@ _INT = types.int64
 
 ADVANCE, ADVANCE_TO, OBSERVE, OBSERVE_AT, TAKE_DUE = range(5)
 APPLY_IMPULSE, FOLLOW_PLATFORM, CLASSIFY, CHANGE_DISK = range(5, 9)
-"""The functions that `act` calls: `advance`, and those of `input_kernels`."""
+"""Numbers of the functions that `act` calls: `advance`, and functions of `input_kernels`."""
 
 
 @rare_kernel

@@ -267,7 +267,7 @@ def _mixed_squares(ring: NDArray[Any], edge: int, side: int) -> int:
 
 
 def _lengths(field: str, given: Sequence[int], labels: LabelMap) -> NDArray[np.int64]:
-    """Lengths in pixels, as given or those of a map; InputError where it is too small for them."""
+    """The given lengths in pixels, or usual ones; InputError for a map that is too small."""
     found = [whole(field, plain(one), 1) for one in items(field, plain(given))]
     lengths = np.array(found or _sizes(_checked(labels, 1).shape), np.int64)
     _checked(labels, int(lengths.max()))

@@ -226,9 +226,9 @@ class _Known:
     def _in_sequence(self, recording: Recording, errors: Array | None) -> _Sequence:
         """Data without false hits and with missed impacts, and their fit.
 
-        The search for chains knows the errors only roughly. So of several likely chains that of the
-        likeliest fit is taken. Where no chain of flights is likelier than hits of no law, all hits
-        stay.
+        The search for chains knows the errors only roughly. So several likely chains are fitted,
+        and the likeliest fit is taken. Where no chain of flights is likelier than hits of no law,
+        all hits stay.
         """
         found, failure = list[_Sequence](), FailedError("")
         for chain in self._first_chains(recording, errors):
@@ -243,10 +243,10 @@ class _Known:
         return found[int(np.argmax(np.nan_to_num(evidences, nan=-math.inf)))]
 
     def _refined(self, recording: Recording, errors: Array | None, found: Chain) -> _Sequence:
-        """The fit of a chain; on a vibrating platform of the one that this fit leads to.
+        """The fit of a chain, whose false hits are looked for again on a vibrating platform.
 
-        The fit says which hits are false, and these change the fit, until a chain comes again. That
-        ends: hits have finitely many chains.
+        The fit says which hits are false, and these change the fit, until a chain comes again. Hits
+        have finitely many chains, so the search ends.
         """
         times, seen = recording.times, list[Chain]()
         while not any(found.is_like(one) for one in seen):
@@ -367,16 +367,16 @@ class _Known:
         if self.frequency == 0.0:
             return [self._chain(times, [])]
         found, least, parts = list[Chain](), 0.0, self._starts_of_parts(times)
-        whole, is_told = self._starts(times, most=_TRIED), False
+        whole, from_all = self._starts(times, most=_TRIED), False
         for place, start in enumerate([*whole, *parts]):
             one = self._chain(times, [start], least)
             if one.evidence > least and not any(one.is_like(other) for other in found):
                 found.append(one)
                 least = max(least, one.evidence - _HOPELESS)
-                is_told |= place < len(whole)
+                from_all |= place < len(whole)
         found = [self._likelier(recording, errors, one) for one in found if one.evidence > least]
         found.sort(key=lambda one: -one.evidence)
-        return found[:_USUAL] + [self._chain(times, whole, math.inf)] * (not is_told)
+        return found[:_USUAL] + [self._chain(times, whole, math.inf)] * (not from_all)
 
     def _likelier(self, recording: Recording, errors: Array | None, found: Chain) -> Chain:
         """The chain by first values from the hits of a chain, and so on: without contacts."""

@@ -56,9 +56,9 @@ class Chain:
         )
 
     def with_hit(self, hit: int, times: Array) -> Chain:
-        """The chain that also holds this hit, which is one of its missed impacts if it has some.
+        """The chain with this hit added, in place of the nearest missed impact of the same flight.
 
-        The missed one that is nearest, among those of the same flight.
+        Without one, the hit is one more impact.
         """
         place = int(np.searchsorted(self.kept, hit))
         before = times[self.kept[place - 1]] if place else -math.inf

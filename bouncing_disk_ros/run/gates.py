@@ -180,10 +180,10 @@ class Gates:
     def answer(self, values: Iterable[int], number: int | None = None) -> None:
         """An answer [controller, gate, inputs], `number` as its publisher counts.
 
-        InputError for one that is none, or can never come true. One to a gate that was opened
-        changes nothing. One that was on its way when its gate was replaced counts at the new one.
-        Of several to one gate the first holds, unless another publisher sends it: that is the
-        controller, started again.
+        InputError for values that are no answer, or an answer that no gate will have. An answer to
+        a gate that was opened changes nothing. An answer that was on its way when its gate was
+        replaced counts at the new gate. Of several answers to one gate the first holds, unless
+        another publisher sends the next: then the controller was started again.
         """
         given = list(values)
         if len(given) != 3:

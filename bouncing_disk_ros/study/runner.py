@@ -39,9 +39,9 @@ FIRST_BATCH = 32
 MAX_BACKLOG = 8
 """So many results sent back at once are a pile: then no more is given out."""
 POLL_SECONDS = 0.2
+"""How often a run that waits for results looks whether it is to stop."""
 WORKER_SECONDS = 5.0
 """How often a run looks whether its cluster has a worker."""
-"""How often a run that waits for results looks whether it is to stop."""
 
 Work = Callable[[Region], Arrays | None]
 """Computes a region; gives the arrays back if it has not stored them."""
@@ -185,18 +185,18 @@ def _run(
 
 
 def _watched(
-    stopped: Callable[[], bool], has_worker: Callable[[], bool], say: Callable[[], None]
+    stopped: Callable[[], bool], has_worker: Callable[[], bool], report: Callable[[], None]
 ) -> Callable[[], bool]:
-    """`stopped`, which also says it each time that no worker is left."""
-    asked, is_told = time.monotonic(), False
+    """`stopped`, which also calls `report` each time that the last worker is lost."""
+    asked, is_reported = time.monotonic(), False
 
     def watched() -> bool:
-        nonlocal asked, is_told
+        nonlocal asked, is_reported
         if time.monotonic() - asked > WORKER_SECONDS:
             asked, is_alone = time.monotonic(), not has_worker()
-            if is_alone and not is_told:
-                say()
-            is_told = is_alone
+            if is_alone and not is_reported:
+                report()
+            is_reported = is_alone
         return stopped()
 
     return watched

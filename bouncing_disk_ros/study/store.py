@@ -48,7 +48,7 @@ DIGEST, REGIONS = "digest", "regions"
 """Attributes: SHA-256 of all metadata; the axes that are cut, with the length of a region along
 each."""
 EARLIER = "digests"
-"""That of stores of version 0.3.0, in place of DIGEST: their chunks alone are checked."""
+"""The attribute of version 0.3.0 in place of DIGEST: of its stores only the chunks are checked."""
 CONTEXT, BYTES = "context", "bytes"
 """The group of what all regions need, which xarray does not show, and the array in it."""
 DONE, REGION = "region_done", "region"
@@ -242,7 +242,7 @@ class Store:
 
     def __init__(self, path: Path, study: Study) -> None:
         """Make the store, or open the one that an earlier run of the same study left there."""
-        self.path, self._study, self.note = path, study, ""
+        self.path, self._study, self.note, self.sealed = path, study, "", True
         try:
             # a link that leads nowhere counts as something that is there
             self._group = self._opened() if os.path.lexists(path) else self._made()
@@ -250,7 +250,6 @@ class Store:
             raise not_made("output", path, "a folder that can be written", error) from error
         self._done: NDArray[np.uint8] = np.asarray(self._group[DONE][:])
         self._fields = field_layout(study)
-        self.sealed = self._group.attrs["identity"]["format"] != WITHOUT_CHECKSUMS
 
     def _identity(self) -> dict[str, Any]:
         study = self._study
@@ -264,6 +263,7 @@ class Store:
     def _opened(self) -> zarr.Group:
         """The store that is there, after all of it was checked; damaged parts are taken out."""
         found = contents("output", self.path)
+        self.sealed = found.sealed
         if not found.sealed:
             self.note = f"{self.path} was {_UNCHECKED}"
         older = self._older(found)
