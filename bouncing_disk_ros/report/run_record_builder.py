@@ -120,6 +120,7 @@ class TopicReader(ABC):
         self._prefix = namespace.strip("/")
         self._line: TimeMap | None = None  # between stamps and simulated time; None: not known
         self._factor: float | None = None  # None: not known
+        self._anchor: tuple[int, int] | None = None  # simulated ns and stamp of platform/motion
         self._clock_is_simulated = False
 
     @property
@@ -138,6 +139,18 @@ class TopicReader(ABC):
     @abstractmethod
     def take(self, short: str, parsed: Parsed) -> None:
         """Take what a message says, if it is plausible; InputError: it is not."""
+
+    def _take_anchor(self, simulated_ns: int, ros_ns: int) -> None:
+        """Take the line through the beginning of a motion."""
+        self._anchor = simulated_ns, ros_ns
+        self._line = self._through(*self._anchor, self._factor)
+
+    def _take_all_values(self, values: Mapping[str, Any]) -> None:
+        """Take the parameters of a snapshot: the motion of a new run may have come before it."""
+        before = self._factor, self._clock_is_simulated
+        self._take_values(values)
+        if before != (self._factor, self._clock_is_simulated) and self._anchor is not None:
+            self._take_anchor(*self._anchor)
 
     def _take_values(self, values: Mapping[str, Any]) -> None:
         if "real_time_factor" in values:
@@ -165,7 +178,6 @@ class RunRecordBuilder(TopicReader):
         self._schedule = RecordedSchedule(record.motions, record.offsets)
         self._index, self._last = -1, 0.0  # of the newest record of inputs, and its time
         self._heard: MotionInForce | None = None  # the newest on platform/motion
-        self._anchor: tuple[int, int] | None = None  # simulated ns and stamp of platform/motion
         self._takers: Mapping[str, Callable[[Parsed], None]] = {
             "disk/inputs": lambda parsed: self._take_record(parsed.value),
             "platform/motion": self._take_motion,
@@ -221,8 +233,7 @@ class RunRecordBuilder(TopicReader):
     def _take_motion(self, parsed: Parsed) -> None:
         motion: MotionInForce = checked_motion(parsed.value)
         self._heard = motion
-        self._anchor = motion.begin_ns, parsed.stamp_ns
-        self._line = self._through(*self._anchor, self._factor)
+        self._take_anchor(motion.begin_ns, parsed.stamp_ns)
         self._schedule.reach(motion.begin_ns)
         motions = self.record.motions
         if not self.record.known and (not motions or motions[-1] != motion):
@@ -300,7 +311,7 @@ class RunRecordBuilder(TopicReader):
         self._schedule.forget(round(self._last * NS))
 
     def _take_snapshot(self, time: float, record: Record) -> None:
-        self._take_values(record["parameters"])
+        self._take_all_values(record["parameters"])
         self._take_disk(time, record["parameters"])
         was_known = self._schedule.is_known
         for impulse in self._schedule.take_snapshot(record):

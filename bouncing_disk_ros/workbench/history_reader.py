@@ -39,10 +39,11 @@ class HistoryReader(TopicReader):
         stamp, value, line = parsed.stamp_ns, parsed.value, self._line
         match short:
             case "disk/inputs":
-                self._take_values(value.get("parameters") or value.get("values") or {})
+                self._take_all_values(value.get("parameters") or {})
+                self._take_values(value.get("values") or {})
                 self._history.add_record(value)
             case "platform/motion":
-                self._line = self._through(value.begin_ns, stamp, self._factor)
+                self._take_anchor(value.begin_ns, stamp)
                 self._history.add_motion(value)
             case "disk/phase":
                 self._history.phase = str(value)[:20]

@@ -68,7 +68,7 @@ def test_a_simulator_of_ones_own_goes_and_comes_and_outlives_the_workbench(
     simulator = start("simulator", *named)
     workbench = start("workbench", *ROS, "-p", "start_simulator:=false", "-r", "__ns:=/lab")
     page, other = visit(workbench), visit(workbench)
-    page.wait(lambda: path_end(page) > 0.5)
+    page.wait(lambda: path_end(page) > 2.0)
     other.close()
     page.wait(lambda: "/lab/shaker" in page.model("status").text)
     page.change("friction", "value_throttled", 0.5)
@@ -79,7 +79,7 @@ def test_a_simulator_of_ones_own_goes_and_comes_and_outlives_the_workbench(
     # so slow that its time stays below that of the one before, however long this test waits
     again = start("simulator", *named, "-p", "real_time_factor:=0.01")
     page.wait(lambda: page.model("friction").value == 0.6, 60.0)
-    page.wait(lambda: 0.0 < path_end(page) < 0.5, 60.0)
+    page.wait(lambda: 0.0 < path_end(page) < 2.0, 60.0)
     assert workbench.end(signal.SIGTERM) == 0
     assert workbench.complaints == []
     assert again.running

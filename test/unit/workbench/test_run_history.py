@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from std_msgs.msg import String
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind, Motion, MotionInForce
+from bouncing_disk_ros.report.run_record_builder import Parsed
 from bouncing_disk_ros.ros.to_messages import impacts_to_msg
 from bouncing_disk_ros.units import NS
 from bouncing_disk_ros.workbench.history_reader import HistoryReader
@@ -124,6 +125,20 @@ def test_sums_of_impacts_are_no_points_and_what_no_simulator_says_is_left_out_wi
     assert len(history.points) == 0
     hear["disk/impacts"](impacts_to_msg(impacts(1.0), 0))
     assert len(history.points) == 1
+
+
+def test_times_of_a_slow_run_are_right_in_whichever_order_its_first_messages_come() -> None:
+    """Of the motion before the snapshot, stamps were taken for simulated time."""
+    slow = {"real_time_factor": 0.01}
+    snapshot = {"kind": "snapshot", "index": 0, "time_ns": 0, "parameters": slow}
+    first = [("disk/inputs", Parsed(0, snapshot)),
+             ("platform/motion", Parsed(7 * NS, steady(STILL, 0.0)))]  # fmt: skip
+    for messages in (first, first[::-1]):
+        history = RunHistory()
+        reader = HistoryReader(history)
+        for message in (*messages, ("disk/rotor_speed", Parsed(107 * NS, 5.0))):
+            reader.take(*message)
+        assert history.speeds.rows["time"].tolist() == [1.0]
 
 
 def test_a_new_run_is_noticed_by_its_records_and_by_its_times() -> None:
