@@ -51,7 +51,8 @@ def main() -> None:
         while not node.out.get_subscription_count():  # an answer before this would be lost
             rclpy.spin_once(node, timeout_sec=0.1)
         node.listen()
-        rclpy.spin(node)
+        while True:  # not rclpy.spin: a signal that comes between two of its waits is lost
+            rclpy.spin_once(node, timeout_sec=0.1)
 
 
 if __name__ == "__main__":
