@@ -180,6 +180,12 @@ def test_chains_of_imports_of_the_base_are_short() -> None:
     assert base[deepest] <= MAX_DEPTH, deepest
 
 
+def test_each_file_of_tests_has_a_name_of_its_own() -> None:
+    """With launch_testing, which every ROS machine has, two equal names end the whole run."""
+    names = [path.name for path in (ROOT / "test").rglob("test_*.py")]
+    assert sorted(names) == sorted(set(names))
+
+
 def test_core_and_controllers_have_the_same_bits_with_every_version_of_their_libraries() -> None:
     """A sine of the C library or a matrix of LAPACK has other last digits on another machine."""
     for file in (f for f in FILES if package(f) == "core" or is_a_controller(f)):
