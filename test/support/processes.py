@@ -26,7 +26,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import IO
 
-PATIENCE = 30.0  # s; bounds a wait for a condition, long past any start-up on a loaded machine
+PATIENCE = 60.0  # s; bounds a wait for a condition, long past any start-up on a loaded machine
 INFORMATION = re.compile(
     r"\[INFO\]"
     r"|: compiling (the|kernels)\b"  # of a first start
