@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from collections import Counter, OrderedDict
+from collections import OrderedDict, defaultdict, deque
 from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 
@@ -49,6 +49,8 @@ def in_order_of_sending(messages: Iterable[Message]) -> Iterator[Message]:
 LATCHED = ("disk/inputs", "platform/motion", "platform/offset", "disk/phase")
 """Topics whose next number is no sign: the newest message of another run may have it."""
 _REMEMBERED = 1000
+_PUBLISHERS = 100
+"""So many publishers of a topic are told apart."""
 REPEAT = -1
 """Stands for the run of a message that is there a second time."""
 
@@ -112,24 +114,40 @@ class RunOrder:
 
 
 class Losses:
-    """Gaps in the numbers of the messages of each topic."""
+    """Gaps in the numbers of the messages of each topic.
+
+    `mixed`: the topics that had several publishers at once.
+    """
 
     def __init__(self) -> None:
+        self.mixed: set[str] = set()
         self._topics: dict[str, Gaps] = {}
-        self._falls: Counter[str] = Counter()
+        # by topic: the next numbers of publishers, where a lower number came instead
+        self._left: defaultdict[str, deque[int | None]] = defaultdict(_newest)
         self._why_not = dict[str, str]()
 
     def note(self, message: Message) -> None:
-        """A message, in the order of reception."""
-        if message.sequence in (0, UNKNOWN):
-            why_not = UNNUMBERED if message.sequence else "the recorder did not number them"
-            self._why_not[message.topic] = why_not
-        elif self._topics.setdefault(message.topic, Gaps()).take(message.sequence) < 0:
-            self._falls[message.topic] += 1
+        """A message that is no repeat, in the order of reception on its topic."""
+        name, number = message.topic, message.sequence
+        if number in (0, UNKNOWN):
+            why_not = UNNUMBERED if number else "the recorder did not number them"
+            self._why_not[name] = why_not
+            return
+        gaps, left = self._topics.setdefault(name, Gaps()), self._left[name]
+        before = gaps.next
+        missing = gaps.take(number)
+        if missing and number in left:  # goes on where another publisher's number was lower
+            self.mixed.add(name)
+        elif missing < 0:
+            left.append(before)
 
-    def of(self, topic: str, runs: int) -> str:
+    def of(self, topic: str) -> str:
         """How many messages were lost, in words."""
-        several = self._falls[topic] >= max(2, runs) and "several publishers on the topic"
+        several = topic in self.mixed and "several publishers on the topic"
         if why_not := self._why_not.get(topic) or several:
             return f"not countable: {why_not}"
         return str(self._topics[topic].lost if topic in self._topics else 0)
+
+
+def _newest() -> deque[int | None]:
+    return deque(maxlen=_PUBLISHERS)

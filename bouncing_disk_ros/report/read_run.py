@@ -255,9 +255,7 @@ class BagRun:
 
     def _messages(self) -> Iterator[Message]:
         try:
-            for message in self._bag.messages(self._names):
-                self._losses.note(message)
-                yield message
+            yield from self._bag.messages(self._names)
         except BagError as error:
             self._stop(error)
 
@@ -270,6 +268,7 @@ class BagRun:
         if self._order.is_repeat(short, message):
             self._waiting.append((message.topic, None))
             return
+        self._losses.note(message)
         parsed = self._builder.parse(short, content)
         if parsed is None:  # of another node
             self._waiting.append((message.topic, None))
@@ -327,12 +326,20 @@ class BagRun:
             str(bag.path), self.namespace, max(1, self._kept_run), max(1, self._order.run),
             bag.notes.get("version", ""),
             tuple(
-                TopicCount(n, bag.topics[n].count, self._losses.of(n, self._order.run))
+                TopicCount(n, bag.topics[n].count, self._losses.of(n))
                 for n in found
             ),
             self._missing, self._empty, bag.notes, tuple(damage), tuple(self._limits()),
             self._wish.is_cut, self._cut_off,
         )  # fmt: skip
+
+    def _limits_between_runs(self) -> Iterator[str]:
+        mixed = ", ".join(sorted(self._losses.mixed - {"/diagnostics"}))
+        if mixed and self._order.run > 1:
+            yield f"which of several simulators sent what: they published at once on {mixed}"
+        if self._undecided:
+            messages = counted(self._undecided, "message")
+            yield f"{messages} between two runs, which may belong to either"
 
     def _limits(self) -> Iterator[str]:
         begin, end = self._wish.begin, self._wish.end
@@ -340,9 +347,7 @@ class BagRun:
             sides = ((f"before {begin:g} s", begin), (f"from {end:g} s on", end))
             left = " and ".join(text for text, time in sides if math.isfinite(time))
             yield f"all {left}, as asked"
-        if self._undecided:
-            messages = counted(self._undecided, "message")
-            yield f"{messages} between two runs, which may belong to either"
+        yield from self._limits_between_runs()
         if names := ", ".join(self.record.lacking):
             yield f"impacts without {names}, as another version wrote them"
         if self.record.untimed:

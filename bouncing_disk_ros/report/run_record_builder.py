@@ -75,10 +75,11 @@ class Impacts(NamedTuple):
 
 
 class Parsed(NamedTuple):
-    """A message of a simulator whose layout fits: its stamp, and what it says."""
+    """A message of a simulator whose layout fits: its stamp, what it says, and when it was sent."""
 
     stamp_ns: int
     value: Any
+    sent_ns: int = 0  # by the clock of its sender; 0: not known
 
 
 def parse(short: str, msg: Any, prefix: str = "") -> Parsed | None:
@@ -108,6 +109,12 @@ def parse(short: str, msg: Any, prefix: str = "") -> Parsed | None:
     return None if value is None else Parsed(time_to_ns(msg.header.stamp), value)
 
 
+def new_values(record: Record) -> Mapping[str, Any]:
+    """The parameters that a record of disk/inputs gives: all of them, those that were set, none."""
+    found: Mapping[str, Any] = record.get("parameters") or record.get("values") or {}
+    return found
+
+
 class TopicReader(ABC):
     """Takes the messages of a simulator by topic, live or from a bag.
 
@@ -121,16 +128,17 @@ class TopicReader(ABC):
         self._line: TimeMap | None = None  # between stamps and simulated time; None: not known
         self._factor: float | None = None  # None: not known
         self._anchor: tuple[int, int] | None = None  # simulated ns and stamp of platform/motion
+        self._anchor_sent_ns = 0
         self._clock_is_simulated = False
 
     @property
-    def handlers(self) -> dict[str, Callable[[Any], None]]:
-        """What takes a message of each topic."""
+    def handlers(self) -> dict[str, Callable[..., None]]:
+        """What takes a message of each topic and, if it is known, when it was sent (ns)."""
         return {short: partial(self._on_message, short) for short in self.topics}
 
-    def _on_message(self, short: str, msg: Any) -> None:
+    def _on_message(self, short: str, msg: Any, sent_ns: int = 0) -> None:
         if (parsed := self.parse(short, msg)) is not None:
-            self.take(short, parsed)
+            self.take(short, parsed._replace(sent_ns=sent_ns))
 
     def parse(self, short: str, msg: Any) -> Parsed | None:
         """`parse` for this simulator."""
@@ -140,22 +148,20 @@ class TopicReader(ABC):
     def take(self, short: str, parsed: Parsed) -> None:
         """Take what a message says, if it is plausible; InputError: it is not."""
 
-    def _take_anchor(self, simulated_ns: int, ros_ns: int) -> None:
+    def _take_anchor(self, simulated_ns: int, parsed: Parsed) -> None:
         """Take the line through the beginning of a motion."""
-        self._anchor = simulated_ns, ros_ns
+        self._anchor, self._anchor_sent_ns = (simulated_ns, parsed.stamp_ns), parsed.sent_ns
         self._line = self._through(*self._anchor, self._factor)
 
-    def _take_all_values(self, values: Mapping[str, Any]) -> None:
-        """Take the parameters of a snapshot: the motion of a new run may have come before it."""
+    def _take_values(self, values: Mapping[str, Any], sent_ns: int) -> None:
+        """Take parameters; the motion that was published after them may have come before them."""
         before = self._factor, self._clock_is_simulated
-        self._take_values(values)
-        if before != (self._factor, self._clock_is_simulated) and self._anchor is not None:
-            self._take_anchor(*self._anchor)
-
-    def _take_values(self, values: Mapping[str, Any]) -> None:
         if "real_time_factor" in values:
             self._factor = float(values["real_time_factor"])
         self._clock_is_simulated = bool(values.get("publish_clock", self._clock_is_simulated))
+        is_other = before != (self._factor, self._clock_is_simulated)
+        if is_other and self._anchor is not None and sent_ns <= self._anchor_sent_ns:
+            self._line = self._through(*self._anchor, self._factor)
 
     def _through(self, simulated_ns: int, ros_ns: int, factor: float | None) -> TimeMap | None:
         """The line through a point; None where the factor is not known."""
@@ -179,7 +185,7 @@ class RunRecordBuilder(TopicReader):
         self._index, self._last = -1, 0.0  # of the newest record of inputs, and its time
         self._heard: MotionInForce | None = None  # the newest on platform/motion
         self._takers: Mapping[str, Callable[[Parsed], None]] = {
-            "disk/inputs": lambda parsed: self._take_record(parsed.value),
+            "disk/inputs": self._take_record,
             "platform/motion": self._take_motion,
             "platform/offset": lambda _: self._schedule.note_offset(),
             "disk/phase": self._take_phase,
@@ -233,7 +239,7 @@ class RunRecordBuilder(TopicReader):
     def _take_motion(self, parsed: Parsed) -> None:
         motion: MotionInForce = checked_motion(parsed.value)
         self._heard = motion
-        self._take_anchor(motion.begin_ns, parsed.stamp_ns)
+        self._take_anchor(motion.begin_ns, parsed)
         self._schedule.reach(motion.begin_ns)
         motions = self.record.motions
         if not self.record.known and (not motions or motions[-1] != motion):
@@ -280,8 +286,10 @@ class RunRecordBuilder(TopicReader):
         self.record.states.append(State(time, *values))
 
     # --- inputs -----------------------------------------------------------------------------------
-    def _take_record(self, record: Record) -> None:
+    def _take_record(self, parsed: Parsed) -> None:
+        record: Record = parsed.value
         kind, time = record["kind"], record["time_ns"] / NS
+        self._take_values(new_values(record), parsed.sent_ns)
         if self._index >= 0 and record["index"] > self._index + 1:
             self._forget()
         self._index = record["index"]
@@ -311,7 +319,6 @@ class RunRecordBuilder(TopicReader):
         self._schedule.forget(round(self._last * NS))
 
     def _take_snapshot(self, time: float, record: Record) -> None:
-        self._take_all_values(record["parameters"])
         self._take_disk(time, record["parameters"])
         was_known = self._schedule.is_known
         for impulse in self._schedule.take_snapshot(record):
@@ -320,7 +327,6 @@ class RunRecordBuilder(TopicReader):
             self.record.known.append((time, math.inf))
 
     def _take_parameters(self, time: float, record: Record) -> None:
-        self._take_values(record["values"])
         if "real_time_factor" in record["values"]:
             self._break_line(time)
         if self._take_disk(time, record["disk"]):

@@ -8,7 +8,7 @@ import numpy as np
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.report.record_validation import checked_number, checked_numbers, checked_rows
-from bouncing_disk_ros.report.run_record_builder import JOINTS, Parsed, TopicReader
+from bouncing_disk_ros.report.run_record_builder import JOINTS, Parsed, TopicReader, new_values
 from bouncing_disk_ros.units import NS
 from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE, RunHistory
 
@@ -26,9 +26,9 @@ class HistoryReader(TopicReader):
         self._history, self._factor = history, 1.0
         self._complained: set[str] = set()
 
-    def _on_message(self, short: str, msg: Any) -> None:
+    def _on_message(self, short: str, msg: Any, sent_ns: int = 0) -> None:
         try:
-            super()._on_message(short, msg)
+            super()._on_message(short, msg, sent_ns)
         except InputError as error:
             if short not in self._complained:
                 self._complained.add(short)
@@ -39,11 +39,10 @@ class HistoryReader(TopicReader):
         stamp, value, line = parsed.stamp_ns, parsed.value, self._line
         match short:
             case "disk/inputs":
-                self._take_all_values(value.get("parameters") or {})
-                self._take_values(value.get("values") or {})
-                self._history.add_record(value)
+                self._take_values(new_values(value), parsed.sent_ns)
+                self._history.add_record(value, 0 < parsed.sent_ns < self._anchor_sent_ns)
             case "platform/motion":
-                self._take_anchor(value.begin_ns, stamp)
+                self._take_anchor(value.begin_ns, parsed)
                 self._history.add_motion(value)
             case "disk/phase":
                 self._history.phase = str(value)[:20]

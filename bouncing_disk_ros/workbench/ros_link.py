@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from lifecycle_msgs.msg import Transition
@@ -23,6 +24,7 @@ from bouncing_disk_ros.command_line.child import Child
 from bouncing_disk_ros.errors import one_line
 from bouncing_disk_ros.ros.from_messages import time_to_ns
 from bouncing_disk_ros.ros.node_tool import publishing_nodes
+from bouncing_disk_ros.ros.numbered_subscription import WithInfo
 from bouncing_disk_ros.ros.qos import profile_of, publisher_of, subscription_to
 from bouncing_disk_ros.ros.to_messages import impulse_to_msg, programme_to_msg
 from bouncing_disk_ros.topics import MOTION_NAMES, Qos
@@ -138,7 +140,7 @@ class RosLink(RunLink):
         self._found = False
         reader = HistoryReader(self.history)
         for topic, handler in reader.handlers.items():
-            subscription_to(node, topic, handler)
+            subscription_to(node, topic, WithInfo(partial(_hear, handler)))
         subscription_to(node, "disk/run_state", self._on_run_state)
         log_qos = profile_of(Qos(100, latched=True))
         node.create_subscription(Log, "/rosout", self._on_log, log_qos)
@@ -292,6 +294,11 @@ class RosLink(RunLink):
             text = f"{name}: refused"
         if text:
             self.history.note(f"{service}: {text}" if not refused else text, is_refusal=refused)
+
+
+def _hear(handler: Callable[..., None], msg: Any, info: dict[str, Any]) -> None:
+    """Hand a message over with the time at which it was sent."""
+    handler(msg, int(info["source_timestamp"] or 0))
 
 
 def _said(answer: Any) -> tuple[str, bool]:

@@ -105,17 +105,18 @@ class RunHistory:
         self.impacts_seen = 0
 
     # --- the writer
-    def new_run(self) -> None:
+    def new_run(self, has_motion: bool = False) -> None:
         """A run that begins at time 0: what was before is forgotten.
 
-        Its motion may have come before the word of it; what begins at time 0 is taken for that.
+        Its motion may have come before the word of it: `has_motion`. One that begins at time 0 is
+        taken for that.
         """
         with self.lock:
             motion = self.motions.at(math.inf)
             self._forget_rows()
             self._begin()
             self.settle()
-            if motion is not None and motion.begin_ns == 0:
+            if motion is not None and (has_motion or motion.begin_ns == 0):
                 self.add_motion(motion)
 
     def _forget_rows(self) -> None:
@@ -166,12 +167,15 @@ class RunHistory:
             self.values.add(time, {**before, **values})
             self.first_values = self.first_values or self.values.items[0]
 
-    def add_record(self, record: Mapping[str, Any]) -> None:
-        """Take a checked record of disk/inputs: the first of a run begins a new one."""
+    def add_record(self, record: Mapping[str, Any], motion_is_newer: bool = False) -> None:
+        """Take a checked record of disk/inputs: the first of a run begins a new one.
+
+        `motion_is_newer`: the newest motion was sent after it.
+        """
         time = record["time_ns"] / NS
         with self.lock:
             if record["index"] <= self._index:
-                self.new_run()
+                self.new_run(motion_is_newer)
             self._index = record["index"]
             match record["kind"]:
                 case "snapshot":

@@ -75,6 +75,7 @@ def test_messages_that_are_there_twice_count_once(tmp_path: Path) -> None:
         made = Twice(writer, preset="pizza_multiple_toss").run(6.0)
     run = read(tmp_path / "run")
     assert run.source.runs == 1
+    assert {count.lost for count in run.source.topics} == {"0"}
     assert run.record.rows.tobytes() == join_rows(made.rows).tobytes()
     assert [state.time for state in run.record.states] == [k / 10 for k in range(1, 61)]
     with bag.open(tmp_path / "run") as opened:
@@ -104,6 +105,20 @@ def test_simulators_are_chosen_by_namespace(tmp_path: Path) -> None:
         run = read(tmp_path / "run", namespace=namespace)
         assert run.record.disk.restitution == restitution
         assert len(run.record.health) == 2  # those of others are on the same topic
+
+
+def test_two_simulators_at_once_on_the_same_topics_are_named(tmp_path: Path) -> None:
+    """The report counted 25000 lost messages in one of 77 runs, and said no more."""
+    with bag.Writer(tmp_path / "run") as writer:
+        made = [RecordedRun(writer, preset="pizza_multiple_toss", initial_height=height)
+                for height in (0.0, 0.1)]  # fmt: skip
+        for one in made:
+            one.run(3.0)
+    source = read(tmp_path / "run").source
+    (mixed,) = [text for text in source.limits if "several simulators" in text]
+    assert mixed.endswith("at once on /disk/impacts, /disk/rotor_speed, /joint_states")
+    lost = {count.topic: count.lost for count in source.topics}
+    assert lost["/joint_states"] == "not countable: several publishers on the topic"
 
 
 def test_only_impacts_are_enough(period_one: Callable[..., Path]) -> None:
@@ -213,7 +228,10 @@ def test_messages_come_in_the_order_of_sending() -> None:
         ((4, 5, 6), "0"),
         ((1, 2, 5, 6), "2"),
         ((1, 2, 1, 2, 4), "1"),
+        ((1, 2, 1, 2, 3, 1, 2), "0"),
+        ((1, 1, 2, 2, 3, 3), "not countable: several publishers on the topic"),
         ((1, 7, 2, 8, 3, 9), "not countable: several publishers on the topic"),
+        ((40, 41, 1, 42, 2, 3, 43), "not countable: several publishers on the topic"),
         ((2**32 - 1,) * 4, "not countable: the middleware does not number messages"),
         ((0, 0, 0), "not countable: the recorder did not number them"),
     ],
@@ -222,7 +240,7 @@ def test_losses_by_number(numbers: tuple[int, ...], lost: str) -> None:
     losses = Losses()
     for place, number in enumerate(numbers):
         losses.note(message("a", place, place, number))
-    assert losses.of("a", 2) == lost
+    assert losses.of("a") == lost
 
 
 def test_a_gap_in_the_numbers_does_not_show_that_the_run_goes_on() -> None:

@@ -6,12 +6,16 @@ import math
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 from std_msgs.msg import String
 
+from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind, Motion, MotionInForce
-from bouncing_disk_ros.report.run_record_builder import Parsed
+from bouncing_disk_ros.report.run_record import UNKNOWN_DISK, RunRecord
+from bouncing_disk_ros.report.run_record_builder import Parsed, RunRecordBuilder
 from bouncing_disk_ros.ros.to_messages import impacts_to_msg
+from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.units import NS
 from bouncing_disk_ros.workbench.history_reader import HistoryReader
 from bouncing_disk_ros.workbench.run_history import KEPT_CHANGES, SAMPLE_DTYPE, RunHistory, Timeline
@@ -127,18 +131,55 @@ def test_sums_of_impacts_are_no_points_and_what_no_simulator_says_is_left_out_wi
     assert len(history.points) == 1
 
 
-def test_times_of_a_slow_run_are_right_in_whichever_order_its_first_messages_come() -> None:
-    """Of the motion before the snapshot, stamps were taken for simulated time."""
-    slow = {"real_time_factor": 0.01}
-    snapshot = {"kind": "snapshot", "index": 0, "time_ns": 0, "parameters": slow}
-    first = [("disk/inputs", Parsed(0, snapshot)),
-             ("platform/motion", Parsed(7 * NS, steady(STILL, 0.0)))]  # fmt: skip
-    for messages in (first, first[::-1]):
+def records_of_a_slowed_run() -> tuple[dict[str, Any], dict[str, Any]]:
+    """Its first snapshot, and the record of a factor of 0.1 set at 20 s."""
+    found: list[dict[str, Any]] = []
+    session = Session(parameters.complete({}), found.append, paused=True)
+    session.set_parameters({"real_time_factor": 0.1})
+    return found[0], {**found[1], "time_ns": 20 * NS}
+
+
+SNAPSHOT, SLOWER = records_of_a_slowed_run()
+RECORDS = [("disk/inputs", Parsed(0, SNAPSHOT, 1)), ("disk/inputs", Parsed(0, SLOWER, 2))]
+MOTION = ("platform/motion", Parsed(-180 * NS, steady(STILL, 0.0), 3))  # published after SLOWER
+SPEED = ("disk/rotor_speed", Parsed(40 * NS, 5.0, 4))
+
+
+@pytest.mark.parametrize("knows_sending", [True, False])
+def test_times_do_not_depend_on_which_latched_message_comes_first(knows_sending: bool) -> None:
+    """With the motion before the newest parameters, times were those of the factor before it."""
+    for place in range(3):
+        history, record = RunHistory(), RunRecord(UNKNOWN_DISK)
+        readers = HistoryReader(history), RunRecordBuilder(record)
+        for short, parsed in (*RECORDS[:place], MOTION, *RECORDS[place:], SPEED):
+            for reader in readers:
+                reader.take(short, parsed if knows_sending else parsed._replace(sent_ns=0))
+        assert history.speeds.rows["time"].tolist() == [22.0]
+        assert record.speeds == [(22.0, 5.0)]
+
+
+def test_a_speed_sent_before_new_parameters_is_placed_by_those_before_them() -> None:
+    history = RunHistory()
+    reader = HistoryReader(history)
+    first = ("platform/motion", Parsed(0, steady(STILL, 0.0), 1))
+    speed = ("disk/rotor_speed", Parsed(19 * NS, 5.0, 1))
+    for message in (first, *RECORDS, speed, MOTION, SPEED):
+        reader.take(*message)
+    assert history.speeds.rows["time"].tolist() == [19.0, 22.0]
+
+
+def test_a_motion_sent_after_the_first_record_of_a_run_is_of_that_run() -> None:
+    """With the motion before the record the page lost it, up to the next motion."""
+    begun = ("platform/motion", Parsed(0, steady(FAST, 5.0), 9))
+    for messages in ([begun, RECORDS[0]], [RECORDS[0], begun]):
         history = RunHistory()
         reader = HistoryReader(history)
-        for message in (*messages, ("disk/rotor_speed", Parsed(107 * NS, 5.0))):
-            reader.take(*message)
-        assert history.speeds.rows["time"].tolist() == [1.0]
+        for message in (("disk/inputs", Parsed(0, {**SNAPSHOT, "index": 4}, 1)), *messages):
+            short, parsed = message
+            reader.take(short, parsed._replace(sent_ns=parsed.sent_ns + 4))
+        assert history.motion_at() == FAST
+        history.add_record(SNAPSHOT)
+        assert history.motion_at() is None, "of a run that has ended"
 
 
 def test_a_new_run_is_noticed_by_its_records_and_by_its_times() -> None:
