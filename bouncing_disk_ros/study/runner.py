@@ -177,8 +177,11 @@ def _run(
                 missing = iter([region for region in regions if not store.is_done(region)])
                 stored = _side_by_side(Pipeline(work, store, executor, count), missing, stopped)
             for region in stored:
+                if token_of(str(path)) != token:
+                    raise FailedError(f"{path} was moved or removed while it was computed")
                 store.mark(region)
                 on_progress(Progress(store.regions_done, len(regions), resumed))
+        store.check_whole()
     if store.regions_done < len(regions):
         return None
     return _described(study, study.finish(opened(path), context))

@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 from zarr.codecs import BloscCodec, BytesCodec, Crc32cCodec, ZstdCodec
 
 import bouncing_disk_ros
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.executables import STUDIES
 from bouncing_disk_ros.folders import PACKAGE
 from bouncing_disk_ros.limits import RESULT_ARRAYS, RESULT_CHUNK, RESULT_CHUNKS, RESULT_METADATA
@@ -374,6 +374,17 @@ class Store:
             _writing(self._group, DONE)[region.number] = 1
         self._done[region.number] = 1
 
+    def check_whole(self) -> None:
+        """Raise FailedError where a chunk is missing: Zarr would read fill values."""
+        if not self.sealed or self.regions_done < self._done.size:
+            return
+        arrays = self._group.arrays()
+        if lacking := [name for name, one in arrays if one.nchunks_initialized < one.nchunks]:
+            raise FailedError(
+                f"{self.path}: parts of {', '.join(sorted(lacking))} were removed while it was "
+                "computed; start it again: it computes them anew"
+            )
+
     def read(self, region: Region) -> Arrays:
         """A region that is in the store."""
         return {
@@ -473,10 +484,14 @@ def put(path: str | Path, fields: Layout, region: Region, arrays: Arrays) -> Non
 
 
 def _write_chunk(array: Path, place: Place, values: NDArray[np.generic]) -> None:
-    """Write a chunk of an array in a folder, as Zarr does: under a passing name first."""
+    """Write a chunk of an array in a folder, as Zarr does: under a passing name first.
+
+    OSError where the array's folder is there no more: what is written would belong to no store.
+    """
     data = _BLOSC.encode(np.ascontiguousarray(values))
     file = Path(array, "c", *map(str, place))
-    file.parent.mkdir(parents=True, exist_ok=True)
+    for folder in reversed(file.relative_to(array).parents[:-1]):
+        Path(array, folder).mkdir(exist_ok=True)
     passing = file.with_name(f"{file.name}.{uuid.uuid4().hex}.partial")
     try:
         with passing.open("wb") as open_file:
