@@ -18,7 +18,8 @@ import shutil
 import stat
 import uuid
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from functools import cache
 from itertools import chain
 from pathlib import Path
@@ -374,17 +375,6 @@ class Store:
             _writing(self._group, DONE)[region.number] = 1
         self._done[region.number] = 1
 
-    def check_whole(self) -> None:
-        """Raise FailedError where a chunk is missing: Zarr would read fill values."""
-        if not self.sealed or self.regions_done < self._done.size:
-            return
-        arrays = self._group.arrays()
-        if lacking := [name for name, one in arrays if one.nchunks_initialized < one.nchunks]:
-            raise FailedError(
-                f"{self.path}: parts of {', '.join(sorted(lacking))} were removed while it was "
-                "computed; start it again: it computes them anew"
-            )
-
     def read(self, region: Region) -> Arrays:
         """A region that is in the store."""
         return {
@@ -538,6 +528,29 @@ def opened(path: Path) -> xr.Dataset:
     for name in (DIGEST, EARLIER, REGIONS):
         result.attrs.pop(name, None)
     return result
+
+
+@contextmanager
+def kept_whole(path: Path) -> Iterator[None]:
+    """Within it a whole store is read, in which Zarr takes fill values for a missing chunk.
+
+    FailedError at the end, whatever else failed, where chunks were removed, or the store.
+    """
+    try:
+        yield
+    finally:
+        lacking: list[str] = []
+        with suppress(FileNotFoundError):
+            lacking = ["all"]
+            arrays = [one for _, one in zarr.open_group(str(path), mode="r").arrays()]
+            lacking = [
+                one.basename for one in arrays
+                if [*map(type, one.metadata.codecs)] == _CODECS
+                and one.nchunks_initialized < one.nchunks
+            ]  # fmt: skip
+        if lacking:
+            what = ", ".join(sorted(lacking))
+            raise FailedError(f"{path} was moved, or parts were removed, while in use: {what}")
 
 
 def _completed(identity: Mapping[str, Any], wanted: Mapping[str, Any]) -> dict[str, Any]:
