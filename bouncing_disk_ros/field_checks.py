@@ -36,6 +36,13 @@ def number(field: str, value: object, low: float = -_LARGEST, high: float = _LAR
     return float(value)
 
 
+def plain(given: object) -> object:
+    """A number of NumPy, or an array of none or one axis, as Python's; everything else as it is."""
+    if hasattr(given, "dtype") and hasattr(given, "tolist"):
+        return given.tolist()
+    return given
+
+
 def numbers(
     field: str, value: ArrayLike, allowed: str = "numbers, none masked"
 ) -> NDArray[np.float64]:

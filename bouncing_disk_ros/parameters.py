@@ -16,6 +16,7 @@ from typing import Any
 
 from bouncing_disk_ros.angles import angle_of
 from bouncing_disk_ros.errors import InputError, closest
+from bouncing_disk_ros.field_checks import plain
 
 Value = bool | int | float | str
 TYPE_NAMES = MappingProxyType({bool: "bool", int: "integer", float: "double", str: "string"})
@@ -299,13 +300,6 @@ RCLPY_PARAMETERS = ("use_sim_time", "start_type_description_service")
 def is_rclpy_parameter(name: str) -> bool:
     """Whether a parameter belongs to rclpy, not to a table of this package."""
     return name in RCLPY_PARAMETERS or name.startswith("qos_overrides.")
-
-
-def plain(given: object) -> object:
-    """A number of NumPy, or an array of none or one axis, as Python's; everything else as it is."""
-    if hasattr(given, "dtype") and hasattr(given, "tolist"):
-        return given.tolist()
-    return given
 
 
 def listed_text(value: object) -> object:

@@ -34,6 +34,7 @@ from bouncing_disk_ros.core.offset import (
 from bouncing_disk_ros.core.schedule import Fade, Impulse
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.field_checks import items, number, only_names, row, whole
+from bouncing_disk_ros.field_checks import plain as plain_number
 
 FORMAT = 1
 """Version of the checkpoint's layout; another one is refused."""
@@ -87,7 +88,7 @@ def _numbers(
 ) -> list[float]:
     """A number for each name, within its range where it has one."""
     return [
-        number(f"{name} {field}", value, *ranges.get(field, _ANY))
+        number(f"{name} {field}", plain_number(value), *ranges.get(field, _ANY))
         for field, value in zip(names, row(name, values, names), strict=True)
     ]
 
@@ -108,7 +109,8 @@ def disk(name: str, values: object) -> Disk:
 
 def initial(name: str, values: object) -> InitialState:
     """An initial state from its numbers; the axial velocity may be None."""
-    found = InitialState(*row(name, values, InitialState._fields))
+    given: list[Any] = [plain_number(one) for one in row(name, values, InitialState._fields)]
+    found = InitialState(*given)
     for field, value in found._asdict().items():
         if value is not None or field != "axial_velocity":
             number(f"{name} {field}", value, *(POSITIVE if field == "height" else _ANY))

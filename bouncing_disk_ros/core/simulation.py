@@ -26,7 +26,7 @@ from bouncing_disk_ros.core.model import (
 from bouncing_disk_ros.core.offset import Knot, Offset, Segment
 from bouncing_disk_ros.core.schedule import Fade, Impulse, add_impulse, plan_fades
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.field_checks import mapping, number, whole, with_names
+from bouncing_disk_ros.field_checks import mapping, number, plain, whole, with_names
 
 _MANY_EVENTS = 1_000_000
 _EVENTS_AT_ONCE = 10_000  # at the instant of an input; the next call of `advance` goes on
@@ -36,8 +36,9 @@ class Simulation:
     """The disk on its platform, exact and deterministic; SI units, times in whole nanoseconds.
 
     The same inputs at the same instants of simulated time give bit-identical impacts for any
-    pattern of calls of `advance`, on every x86-64. Arguments are trusted to be in range (see
-    `parameters`). Not safe for use by two threads at once.
+    pattern of calls of `advance`, on every x86-64. Numbers that a run cannot have raise InputError;
+    within the ranges of `parameters` its accuracy is tested. Not safe for use by two threads at
+    once.
     """
 
     _SNAPSHOT = (
@@ -54,9 +55,11 @@ class Simulation:
         chatter_report_speed: float = 0.0,
     ) -> None:
         """Start at t = 0; impacts slower than chatter_report_speed (m/s) share rows of the log."""
-        self._disk, self._report_speed = disk, chatter_report_speed
-        self._initial, self._initial_motion = initial, motion
-        self._engine = Engine(disk, chatter_report_speed)
+        self._disk = disk = checkpoint.disk("disk", disk)
+        self._report_speed = _report_speed(chatter_report_speed)
+        self._initial = initial = checkpoint.initial("initial", initial)
+        self._initial_motion = motion = checkpoint.motion("motion", motion)
+        self._engine = Engine(disk, self._report_speed)
         self._unreported_rows: Blocks = []  # rows of an input's own instant, for the next advance
         self._time_ns = 0
         self._motion_index = 0
@@ -242,9 +245,10 @@ class Simulation:
         It replaces every cross-fade that has not begun; one that has begun runs out.
         `crossfade_ns` 0: one period of the slower motion. No points: cancel what is pending.
         """
+        checked = [(at, checkpoint.motion("motion", target)) for at, target in points]
         self._resolve_due()
         free = int(self._engine.motion["end_ns"][0]) if self._engine.fading else self._time_ns
-        self._pending = plan_fades(points, self._target, free, crossfade_ns)
+        self._pending = plan_fades(checked, self._target, free, crossfade_ns)
         self._engine.invalidate_next_event()
         self._resolve_consequences()
 
@@ -252,8 +256,11 @@ class Simulation:
         """Queue impulses on the disk (N·s, N·m·s) for at_ns; ValueError if that is past."""
         if at_ns < self._time_ns:
             raise ValueError(f"impulse at {at_ns} ns: allowed from {self._time_ns} ns (simulated)")
+        impulse = checkpoint.queued_impulse(
+            "impulse", (plain(at_ns), axial_impulse, angular_impulse)
+        )
         self._resolve_due()
-        add_impulse(self._impulses, Impulse(at_ns, axial_impulse, angular_impulse))
+        add_impulse(self._impulses, impulse)
         self._engine.invalidate_next_event()
         self._resolve_consequences()
 
@@ -283,6 +290,7 @@ class Simulation:
 
     def set_disk(self, disk: Disk) -> None:
         """Change parameters of disk and contact now; the jump of the energy enters the ledger."""
+        disk = checkpoint.disk("disk", disk)
         self._resolve_due(cut_chatter=True)
         self._engine.advance_to(self._time_ns, self._unreported_rows)
         self._engine.change_disk(disk, self._report_speed)
@@ -302,16 +310,18 @@ class Simulation:
 
     def set_chatter_report_speed(self, speed: float) -> None:
         """Impacts slower than this (m/s) share a row of the log; nothing else changes."""
+        speed = _report_speed(speed)
         self._resolve_due()
         self._report_speed = speed
         self._engine.disk["report_speed"] = speed
 
     def reset(self, initial: InitialState | None = None, motion: Motion | None = None) -> None:
         """Back to the initial (or a new) state and motion; time, cycles and row index go on."""
+        initial = checkpoint.initial("initial", self._initial if initial is None else initial)
+        motion = checkpoint.motion("motion", self._initial_motion if motion is None else motion)
         self._resolve_due(cut_chatter=True)
         self._engine.advance_to(self._time_ns, self._unreported_rows)
-        self._initial = initial or self._initial
-        self._initial_motion = motion or self._initial_motion
+        self._initial, self._initial_motion = initial, motion
         self._pending, self._impulses = [], []
         now, has_moved = self._time_ns, self._offset_index > 0
         self._offset, self._offset_boundary_ns = Offset.at_rest(now if has_moved else 0), int(NEVER)
@@ -397,9 +407,7 @@ class Simulation:
             checkpoint.motion("initial_motion", snapshot["initial_motion"]),
             checkpoint.disk("disk", snapshot["disk"]),
             checkpoint.initial("initial", snapshot["initial"]),
-            chatter_report_speed=number(
-                "chatter_report_speed", snapshot["chatter_report_speed"], *checkpoint.POSITIVE
-            ),
+            chatter_report_speed=snapshot["chatter_report_speed"],
         )
         run._time_ns = checkpoint.instant("time_ns", snapshot["time_ns"])
         run._motion_index = whole("motion_index", snapshot["motion_index"], low=0)
@@ -418,3 +426,8 @@ class Simulation:
         run._find_offset_boundary()
         whole("time_ns", run._time_ns, low=int(run._engine.state["ns"][0]))
         return run
+
+
+def _report_speed(value: object) -> float:
+    """A speed below which impacts share a row of the log, m/s."""
+    return number("chatter_report_speed", plain(value), *checkpoint.POSITIVE)

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.field_checks import plain
 from bouncing_disk_ros.maps.attractors import (
     LOWEST,
     SAME,
@@ -34,7 +35,6 @@ from bouncing_disk_ros.maps.lanes.axial_lanes import iterated
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, periodic_orbit
 from bouncing_disk_ros.maps.rotation_map import LYAPUNOV, measure_attractor
-from bouncing_disk_ros.parameters import plain
 
 LONGEST = 64
 """Most impacts in one repetition of an orbit that is looked for."""

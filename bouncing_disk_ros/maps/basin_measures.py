@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.distributions import t_quantile
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.field_checks import items, whole
-from bouncing_disk_ros.parameters import plain
+from bouncing_disk_ros.field_checks import items, plain, whole
 
 PIXELS = 2**25
 """About so many pixels of a map are in memory at a time."""

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.field_checks import number, whole
+from bouncing_disk_ros.field_checks import number, plain, whole
 from bouncing_disk_ros.maps.axial_map import (
     MAP_CONTACT,
     MAP_REST,
@@ -28,7 +28,6 @@ from bouncing_disk_ros.maps.axial_map import (
 )
 from bouncing_disk_ros.maps.map_tangent import axial_tangent
 from bouncing_disk_ros.maps.rotation_map import ORBIT_SPEED, ORBIT_TURNED, collision_orbit
-from bouncing_disk_ros.parameters import plain
 
 Array = NDArray[np.float64]
 

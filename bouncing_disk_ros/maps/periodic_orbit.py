@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.field_checks import whole
+from bouncing_disk_ros.field_checks import plain, whole
 from bouncing_disk_ros.maps.map_tangent import axial_tangent
 from bouncing_disk_ros.maps.next_collision import Array, MapState, NextCollisionMap
 from bouncing_disk_ros.maps.period_one import existence_limit, impact_velocity
@@ -18,7 +18,6 @@ from bouncing_disk_ros.maps.settled_speed import (
     largest_change,
     repeated_speed,
 )
-from bouncing_disk_ros.parameters import plain
 
 RESIDUAL = 1e-11
 """An orbit is found when it closes to this (rad, πg/ω) and Newton's method gets no closer."""

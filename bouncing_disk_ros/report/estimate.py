@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError, counted
-from bouncing_disk_ros.field_checks import number, numbers
-from bouncing_disk_ros.parameters import plain
+from bouncing_disk_ros.field_checks import number, numbers, plain
 from bouncing_disk_ros.report.recorded_offset import Offsets, axial_offset
 from bouncing_disk_ros.report.section import rows_of, single_impacts
 from bouncing_disk_ros.scalar_search import root_between

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.core.model import Disk, ImpactKind, Motion
-from bouncing_disk_ros.field_checks import number, whole
-from bouncing_disk_ros.parameters import plain
+from bouncing_disk_ros.field_checks import number, plain, whole
 from bouncing_disk_ros.report.estimate import Estimate
 from bouncing_disk_ros.report.section import rows_of
 

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import SAMPLE_DTYPE, Energy, Motion, join_rows
 from bouncing_disk_ros.errors import FailedError, InputError, closest, counted
-from bouncing_disk_ros.parameters import Value, plain
+from bouncing_disk_ros.field_checks import plain
+from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.run.apply_request import Request, apply_request
 from bouncing_disk_ros.run.command_validation import (
     ImpulseRequest,

@@ -17,9 +17,9 @@ from bouncing_disk_ros.core.offset import (
     OffsetState,
 )
 from bouncing_disk_ros.errors import InputError, closest
-from bouncing_disk_ros.field_checks import number, out_of_range
+from bouncing_disk_ros.field_checks import number, out_of_range, plain
 from bouncing_disk_ros.limits import KNOTS_AHEAD
-from bouncing_disk_ros.parameters import TABLE, Value, plain
+from bouncing_disk_ros.parameters import TABLE, Value
 from bouncing_disk_ros.run.command_validation import Instant, check_names, too_old
 from bouncing_disk_ros.run.time_map import FAR_NS, nanoseconds
 from bouncing_disk_ros.topics import OFFSET_JOINTS

@@ -30,7 +30,7 @@ from bouncing_disk_ros.niceness import give_way
 from bouncing_disk_ros.study.by_name import definition_of, named
 from bouncing_disk_ros.study.computation import Arrays, Region, Study
 from bouncing_disk_ros.study.lock import exclusive_lock, token_of
-from bouncing_disk_ros.study.store import DONE, RESULT, Store, field_layout, opened, put
+from bouncing_disk_ros.study.store import DONE, RESULT, Store, field_layout, kept_whole, opened, put
 
 PREFETCH = 2
 """Regions on their way for each worker: one at work, one waiting."""
@@ -177,11 +177,14 @@ def _run(
                 missing = iter([region for region in regions if not store.is_done(region)])
                 stored = _side_by_side(Pipeline(work, store, executor, count), missing, stopped)
             for region in stored:
+                if token_of(str(path)) != token:
+                    raise FailedError(f"{path} was moved or removed while it was computed")
                 store.mark(region)
                 on_progress(Progress(store.regions_done, len(regions), resumed))
     if store.regions_done < len(regions):
         return None
-    return _described(study, study.finish(opened(path), context))
+    with kept_whole(path):
+        return _described(study, study.finish(opened(path), context))
 
 
 def _watched(

@@ -18,7 +18,8 @@ import shutil
 import stat
 import uuid
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from functools import cache
 from itertools import chain
 from pathlib import Path
@@ -33,7 +34,7 @@ from numpy.typing import NDArray
 from zarr.codecs import BloscCodec, BytesCodec, Crc32cCodec, ZstdCodec
 
 import bouncing_disk_ros
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.executables import STUDIES
 from bouncing_disk_ros.folders import PACKAGE
 from bouncing_disk_ros.limits import RESULT_ARRAYS, RESULT_CHUNK, RESULT_CHUNKS, RESULT_METADATA
@@ -473,10 +474,14 @@ def put(path: str | Path, fields: Layout, region: Region, arrays: Arrays) -> Non
 
 
 def _write_chunk(array: Path, place: Place, values: NDArray[np.generic]) -> None:
-    """Write a chunk of an array in a folder, as Zarr does: under a passing name first."""
+    """Write a chunk of an array in a folder, as Zarr does: under a passing name first.
+
+    OSError where the array's folder is there no more: what is written would belong to no store.
+    """
     data = _BLOSC.encode(np.ascontiguousarray(values))
     file = Path(array, "c", *map(str, place))
-    file.parent.mkdir(parents=True, exist_ok=True)
+    for folder in reversed(file.relative_to(array).parents[:-1]):
+        Path(array, folder).mkdir(exist_ok=True)
     passing = file.with_name(f"{file.name}.{uuid.uuid4().hex}.partial")
     try:
         with passing.open("wb") as open_file:
@@ -523,6 +528,29 @@ def opened(path: Path) -> xr.Dataset:
     for name in (DIGEST, EARLIER, REGIONS):
         result.attrs.pop(name, None)
     return result
+
+
+@contextmanager
+def kept_whole(path: Path) -> Iterator[None]:
+    """Within it a whole store is read, in which Zarr takes fill values for a missing chunk.
+
+    FailedError at the end, whatever else failed, where chunks were removed, or the store.
+    """
+    try:
+        yield
+    finally:
+        lacking: list[str] = []
+        with suppress(FileNotFoundError):
+            lacking = ["all"]
+            arrays = [one for _, one in zarr.open_group(str(path), mode="r").arrays()]
+            lacking = [
+                one.basename for one in arrays
+                if [*map(type, one.metadata.codecs)] == _CODECS
+                and one.nchunks_initialized < one.nchunks
+            ]  # fmt: skip
+        if lacking:
+            what = ", ".join(sorted(lacking))
+            raise FailedError(f"{path} was moved, or parts were removed, while in use: {what}")
 
 
 def _completed(identity: Mapping[str, Any], wanted: Mapping[str, Any]) -> dict[str, Any]:

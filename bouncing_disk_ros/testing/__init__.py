@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, SupportsFloat
 import pytest
 
 from bouncing_disk_ros.errors import InputError, closest
-from bouncing_disk_ros.parameters import plain
+from bouncing_disk_ros.field_checks import plain
 from bouncing_disk_ros.units import NS
 
 if TYPE_CHECKING:

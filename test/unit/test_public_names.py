@@ -34,7 +34,8 @@ from bouncing_disk_ros import (
     simulate,
     study,
 )
-from bouncing_disk_ros.parameters import TABLE, listed_text, plain
+from bouncing_disk_ros.field_checks import plain
+from bouncing_disk_ros.parameters import TABLE, listed_text
 from bouncing_disk_ros.study import Arrays, Study, named
 from bouncing_disk_ros.study.by_name import definition_of
 from support.checks import refused, there

@@ -23,6 +23,7 @@ from bouncing_disk_ros.core.model import (
 )
 from bouncing_disk_ros.core.offset import Knot, OffsetState, hold
 from bouncing_disk_ros.core.simulation import Simulation
+from bouncing_disk_ros.errors import InputError
 
 MOTION = Motion(0.04, 0.5, 3.0, -0.7)
 DISK = Disk(0.3, 0.5, 0.6, 0.12, 0.106, 10.0)
@@ -338,3 +339,58 @@ def test_the_separation_follows_a_change_of_the_preload() -> None:
     rows = [sim.advance(9_000_000_000)[0] for sim in (changed, fresh)]
     assert len(rows[0]) > 10
     assert rows[0].tobytes() == rows[1].tobytes()
+
+
+TEXT: Any = "0.04"
+
+
+@pytest.mark.parametrize(
+    ("change", "refused"),
+    [
+        ({"motion": MOTION._replace(axial_amplitude=TEXT)}, "motion axial_amplitude: got '0.04'"),
+        ({"motion": MOTION._replace(frequency=-3.0)}, "motion frequency: got -3.0"),
+        ({"motion": DISK}, "allowed: [axial_amplitude, angular_amplitude, frequency, phase_lag]"),
+        ({"motion": None}, "motion: got None"),
+        ({"disk": DISK._replace(restitution=math.nan)}, "disk restitution: got nan"),
+        ({"disk": DISK._replace(mass=TEXT)}, "disk mass: got '0.04'"),
+        ({"disk": DISK._replace(gravity=0.0)}, "disk gravity + preload/mass: got 0.0"),
+        ({"disk": (0.25, 0.5)}, "disk: got (0.25, 0.5)"),
+        ({"initial": InitialState(height=-1.0)}, "initial height: got -1.0"),
+        ({"initial": 0.1}, "initial: got 0.1"),
+        ({"chatter_report_speed": math.nan}, "chatter_report_speed: got nan"),
+    ],
+)
+def test_numbers_that_no_run_has_are_refused_in_one_line(
+    change: dict[str, Any], refused: str
+) -> None:
+    """Most were tracebacks from within; a restitution of nan ran on without a word."""
+    arguments = {"motion": MOTION, "disk": DISK, "initial": InitialState(), **change}
+    with pytest.raises(InputError) as made:
+        Simulation(**arguments)
+    assert refused in made.value.line
+    simulation = Simulation(MOTION, DISK, InitialState())
+    before = simulation.snapshot()
+    calls: dict[str, Callable[[Any], None]] = {
+        "motion": lambda motion: simulation.command([(SECOND, motion)]),
+        "disk": simulation.set_disk,
+        "initial": simulation.reset,
+        "chatter_report_speed": simulation.set_chatter_report_speed,
+    }
+    ((name, wrong),) = change.items()
+    with pytest.raises(InputError):
+        calls[name](wrong)
+    assert simulation.snapshot() == before
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    amplitude: Any = np.float64(MOTION.axial_amplitude)
+    whole: Any = np.int64(10**8)
+    half: Any = np.float32(0.5)
+    motion = MOTION._replace(axial_amplitude=amplitude)
+    disk = DISK._replace(load_torque=whole - whole)
+    plain = Simulation(MOTION, DISK, InitialState(height=0.5))
+    given = Simulation(motion, disk, InitialState(height=half))
+    plain.apply_impulse(10**8, 0.5, 0.0)
+    given.apply_impulse(whole, half, 0.0)
+    assert given.snapshot() == plain.snapshot()
+    assert given.advance(SECOND)[0].tobytes() == plain.advance(SECOND)[0].tobytes()

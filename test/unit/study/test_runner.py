@@ -19,7 +19,7 @@ import zarr
 
 from bouncing_disk_ros import __version__
 from bouncing_disk_ros.command_line.stop import Stop
-from bouncing_disk_ros.errors import InputError
+from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.niceness import NICENESS
 from bouncing_disk_ros.study import (
     Arrays,
@@ -162,6 +162,30 @@ def test_workers_come_after_the_threads_of_a_simulator(tmp_path: Path) -> None:
     run(look, tmp_path / "r.zarr", workers=2)
     assert set(found) == {min(here + NICENESS, 19)}
     assert os.getpriority(os.PRIO_PROCESS, 0) == here
+
+
+Errors = type[Exception] | tuple[type[Exception], ...]
+
+
+def test_a_store_that_is_removed_or_moved_meanwhile_is_no_result(tmp_path: Path) -> None:
+    """It read fill values where chunks were missing: nan, with exit code 0."""
+    place = tmp_path / "out" / "a.zarr"
+
+    def fails(act: Callable[[], object], error: Errors, words: str) -> None:
+        study = watched(lambda region: act() if region.number == 2 else None)
+        with pytest.raises(error, match=words):
+            run(study, place, workers=1)
+
+    removed = "moved or removed|No such file"
+    fails(lambda: shutil.rmtree(place.parent), (FailedError, OSError), removed)
+    assert not place.exists(), "nothing that a later run would stumble on"
+    fails(lambda: place.parent.rename(tmp_path / "moved"), (FailedError, OSError), removed)
+    assert not place.exists()
+    fails(lambda: shutil.rmtree(place / "product" / "c" / "0"), FailedError, "in use: product")
+    notes: list[Progress] = []
+    whole = there(run(Products(VALUES), place, on_progress=notes.append))
+    assert notes[0].note.endswith("it is computed anew")
+    assert np.all(whole["product"] == there(run(Products(VALUES)))["product"])
 
 
 def test_second_run_on_one_result_is_refused(tmp_path: Path) -> None:
