@@ -85,7 +85,8 @@ def run(
     store holds every finished region, and the same call continues from there.
     Raises InputError for a study or parameters that cannot be used, a path that holds something
     else, is at work in another run or cannot be written, or a scheduler that does not answer;
-    OSError for a disk or a cluster that fails in mid-work.
+    OSError for a disk or a cluster that fails in mid-work, FailedError for a store that is moved or
+    removed meanwhile.
 
     >>> run("basins", axial_forcing=0.34, width=60, height=60)["fraction"]
     """
