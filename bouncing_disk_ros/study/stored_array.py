@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 import uuid
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -38,26 +38,16 @@ _blosc = Blosc(cname="lz4", clevel=5, shuffle=Blosc.SHUFFLE)
 _zstd = Zstd(level=0)
 
 
-def _sealed(data: bytes) -> bytes:
-    return data + google_crc32c.value(data).to_bytes(_CHECKSUM, "little")
+def _checksum(data: bytes) -> bytes:
+    return int(google_crc32c.value(data)).to_bytes(_CHECKSUM, "little")
 
 
 def _unsealed(data: bytes) -> bytes:
-    if not _is_sealed(data):
+    """A chunk without its checksum; ValueError where it is another."""
+    data, stored = data[:-_CHECKSUM], data[-_CHECKSUM:]
+    if _checksum(data) != stored:
         raise ValueError
-    return data[:-_CHECKSUM]
-
-
-def _is_sealed(data: bytes) -> bool:
-    stored = int.from_bytes(data[-_CHECKSUM:], "little")
-    return bool(google_crc32c.value(data[:-_CHECKSUM]) == stored)
-
-
-_CODERS: dict[str, tuple[Callable[[Any], bytes], Callable[[bytes], Any]]] = {
-    "blosc": (_blosc.encode, _blosc.decode),
-    "zstd": (_zstd.encode, _zstd.decode),
-    "crc32c": (_sealed, _unsealed),
-}
+    return data
 
 
 def _type(dtype: np.dtype[Any]) -> str | dict[str, Any]:
@@ -127,14 +117,15 @@ class StoredArray(NamedTuple):
         if values.shape != self.chunks:  # at an edge: Zarr stores whole chunks
             values, given = np.full(self.chunks, self.fill, self.dtype), values
             values[tuple(map(slice, given.shape))] = given
-        data: Any = values
-        for codec in self.codecs[1:]:
-            data = _CODERS[codec][0](data)
+        data = self._packing.encode(values)
         file = self.file(place)
         file.parent.mkdir(parents=True, exist_ok=True)
         passing = file.with_name(f"{file.name}.{uuid.uuid4().hex}.partial")
         try:
-            passing.write_bytes(data)
+            with passing.open("wb") as open_file:
+                open_file.write(data)
+                if self.codecs == SEALED:
+                    open_file.write(_checksum(data))
             passing.replace(file)
         except OSError:
             passing.unlink(missing_ok=True)
@@ -166,15 +157,20 @@ class StoredArray(NamedTuple):
         )
         return np.asarray(found[tuple(shifted)], order="C")
 
+    @property
+    def _packing(self) -> Blosc | Zstd:
+        return _zstd if "zstd" in self.codecs else _blosc
+
     def _chunk(self, place: Place) -> NDArray[Any]:
         file = self.file(place)
         try:
-            data: Any = file.read_bytes()
-            for codec in reversed(self.codecs[1:]):
-                data = _CODERS[codec][1](data)
-            return np.frombuffer(data, self.dtype).reshape(self.chunks)
+            data = file.read_bytes()
         except FileNotFoundError:
             return np.full(self.chunks, self.fill, self.dtype)
+        try:
+            if self.codecs == SEALED:
+                data = _unsealed(data)
+            return np.frombuffer(self._packing.decode(data), self.dtype).reshape(self.chunks)
         except (RuntimeError, ValueError):
             raise InputError("path", str(file), "an undamaged part of a result") from None
 
@@ -189,11 +185,10 @@ class StoredArray(NamedTuple):
         """
         size = self.chunk_bytes
         try:
-            data = read_bytes("path", self.file(place), _HEADER + size + _CHECKSUM)
-        except InputError:
+            data = _unsealed(read_bytes("path", self.file(place), _HEADER + size + _CHECKSUM))
+        except (InputError, ValueError):
             return False
-        numbers = int.from_bytes(data[4:8], "little")  # as Blosc will decompress
-        return _is_sealed(data) and numbers == size
+        return int.from_bytes(data[4:8], "little") == size  # as Blosc will decompress
 
 
 def stored_array(path: Path, node: Mapping[str, Any]) -> StoredArray:
