@@ -68,6 +68,7 @@ _OTHER_NUMBERS = (
 _HIDDEN = (DIGEST, EARLIER, REGIONS)
 """Attributes of a store that its result does not show."""
 _KIND = attrgetter("dims", "dtype", "shape", "chunks")
+"""What must be the same in an array that is continued."""
 _SHOWN = 5
 """Damaged parts that a line names."""
 
@@ -308,10 +309,11 @@ class Store:
         if context:
             packed, about = _packed(context)
             kept = StoredArray(
-                draft / _HELD, ("",), packed.dtype, packed.shape, (max(1, packed.size),),
+                draft / _HELD, ("",), packed.dtype, packed.shape,
+                (max(1, min(packed.size, RESULT_CHUNK)),),
                 attributes={"arrays": about},
             )  # fmt: skip
-            kept.write((0,), packed)
+            kept.write_all(packed)
             arrays[_HELD], nodes[CONTEXT] = kept, _group({})
         self._write_axes(arrays)
         nodes |= {name: array.metadata() for name, array in arrays.items()}
@@ -327,7 +329,7 @@ class Store:
 
     def _write_axes(self, arrays: Layout) -> None:
         for name, axis in self._study.axes.items():
-            arrays[name].write((0,), axis.values)
+            arrays[name].write_all(axis.values)
 
     def is_done(self, region: Region) -> bool:
         """Whether this region is in the store."""
@@ -363,11 +365,11 @@ class Store:
         if _HELD not in self._arrays:
             return self._study.context()  # none, or begun by an earlier version
         held = self._arrays[_HELD]
-        if not held.file((0,)).exists():  # it was damaged, and taken out
+        if not all(held.file(place).exists() for place in np.ndindex(held.counts)):  # taken out
             packed, about = _packed(self._study.context())
             if about != held.attributes["arrays"]:
                 raise self._refusal("a whole result", "What all parts need is another here")
-            held.write((0,), packed)
+            held.write_all(packed)
         try:
             return _unpacked(held.read((slice(None),)), held.attributes["arrays"])
         except (KeyError, TypeError, ValueError):

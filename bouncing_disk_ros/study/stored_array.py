@@ -131,6 +131,12 @@ class StoredArray(NamedTuple):
             passing.unlink(missing_ok=True)
             raise
 
+    def write_all(self, values: NDArray[np.generic]) -> None:
+        """Write all chunks."""
+        for place in np.ndindex(self.counts):
+            part = (slice(i * n, (i + 1) * n) for i, n in zip(place, self.chunks, strict=True))
+            self.write(place, values[tuple(part)])
+
     def read(self, key: Key) -> NDArray[Any]:
         """Numbers at a key of whole numbers and slices with steps > 0, one for each axis.
 
