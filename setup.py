@@ -48,17 +48,17 @@ setup(
     install_requires=[
         "PyYAML>=6.0",
         "bokeh>=3.7",  # interactive plots: HTML reports, the page of the workbench
-        "google-crc32c",  # checksums of stored results; zarr needs it too
+        "google-crc32c",  # checksums of stored results
         "lz4",  # chunks of bags, with mcap
         "matplotlib>=3.6",
         "mcap",
         "numba>=0.59",
-        "numcodecs",  # compression of stored results; zarr needs it too
+        "numcodecs",  # compression of stored results
         "numpy>=1.26",
         "rosbags>=0.10",  # decodes messages by the definitions in a bag
         "tqdm",  # progress of long studies
-        "xarray>=2024.10",  # results with axes, units and attributes; this one reads zarr 3
-        "zarr>=3",  # results of studies while they grow
+        "xarray>=2024.10",  # results with axes, units and attributes
+        "zarr>=3",  # opens stored results in xarray and other tools; this package does without it
         "zstandard",  # chunks of bags, with mcap
     ],
     extras_require={

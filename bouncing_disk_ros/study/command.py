@@ -228,7 +228,7 @@ class StudyWork:
         if self._result is None:
             self._say_interrupted()
             return ExitCode.INTERRUPTED
-        self._show_kept(self._result, outlet)
+        self._show(self._result, outlet)
         if self._options["hold"]:
             print(f"{self._name}: running until Ctrl-C, so that the topics can be read", flush=True)
             outlet.wait(lambda: False, lambda: None)
@@ -279,12 +279,6 @@ class StudyWork:
         self._progress = progress
 
     # --- the result -------------------------------------------------------------------------------
-    def _show_kept(self, result: xr.Dataset, outlet: StudyOutlet) -> None:
-        from bouncing_disk_ros.study.store import RESULT, kept_whole
-
-        with kept_whole(self._folder / RESULT):
-            self._show(result, outlet)
-
     def _show(self, result: xr.Dataset, outlet: StudyOutlet) -> None:
         from bouncing_disk_ros.study.exports import export, export_tables
         from bouncing_disk_ros.study.store import RESULT

@@ -30,7 +30,7 @@ from bouncing_disk_ros.niceness import give_way
 from bouncing_disk_ros.study.by_name import definition_of, named
 from bouncing_disk_ros.study.computation import Arrays, Region, Study
 from bouncing_disk_ros.study.lock import exclusive_lock, token_of
-from bouncing_disk_ros.study.store import DONE, RESULT, Store, field_layout, kept_whole, opened, put
+from bouncing_disk_ros.study.store import DONE, RESULT, Store, layout, put
 
 PREFETCH = 2
 """Regions on their way for each worker: one at work, one waiting."""
@@ -184,8 +184,7 @@ def _run(
                 on_progress(Progress(store.regions_done, len(regions), resumed))
     if store.regions_done < len(regions):
         return None
-    with kept_whole(path):
-        return _described(study, study.finish(opened(path), context))
+    return _described(study, study.finish(store.result(), context))
 
 
 def _watched(
@@ -291,7 +290,7 @@ def compute_region(study: Study, context: Arrays, claim: Claim, region: Region) 
     arrays = study.compute(region, context, None)
     if token_of(claim.path) != claim.token:
         return arrays
-    put(claim.path, field_layout(study), region, arrays)
+    put(layout(Path(claim.path), study), study, region, arrays)
     return None
 
 

@@ -1,11 +1,9 @@
 """The store of a study: a Zarr group that xarray opens, with a mark for each finished region.
 
-Zarr makes and reads it. `put` writes the chunks of a region, with the bytes of Zarr: a third of the
-work, and without Zarr's threads, which hold the GIL. Each chunk ends with its crc32c, which Zarr
-compares whenever it reads the chunk. But Zarr reads a missing chunk as fill values, follows links,
-decompresses as much as a chunk says that it holds, and has no checksum of metadata, such as
-parameters. So a stored result is checked before it is read: its files and metadata by `contents`,
-its chunks by `damage`.
+Each chunk ends with its crc32c, which is compared whenever the chunk is read. But a missing chunk
+reads as fill values, links are followed, a chunk is decompressed to as much as it says that it
+holds, and metadata, such as parameters, have no checksum in Zarr. So a stored result is checked
+before it is read: its files and metadata by `contents`, its chunks by `damage`.
 """
 
 from __future__ import annotations
@@ -16,31 +14,35 @@ import math
 import os
 import shutil
 import stat
-import uuid
 import warnings
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Iterable, Mapping
 from functools import cache
 from itertools import chain
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import google_crc32c
 import numpy as np
 import xarray as xr
-import zarr
-from numcodecs import Blosc
 from numpy.typing import NDArray
-from zarr.codecs import BloscCodec, BytesCodec, Crc32cCodec, ZstdCodec
+from xarray.backends import BackendArray, BackendEntrypoint
+from xarray.core import indexing
 
 import bouncing_disk_ros
-from bouncing_disk_ros.errors import FailedError, InputError
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.executables import STUDIES
 from bouncing_disk_ros.folders import PACKAGE
 from bouncing_disk_ros.limits import RESULT_ARRAYS, RESULT_CHUNK, RESULT_CHUNKS, RESULT_METADATA
 from bouncing_disk_ros.regular_file import not_made, read_bytes
 from bouncing_disk_ros.study.by_name import definition_of
 from bouncing_disk_ros.study.computation import Arrays, Field, Region, Study
+from bouncing_disk_ros.study.stored_array import (
+    METADATA,
+    OLDER,
+    SEALED,
+    StoredArray,
+    stored_array,
+)
 
 FORMAT = 3
 WITHOUT_CHECKSUMS = 2
@@ -56,28 +58,22 @@ DONE, REGION = "region_done", "region"
 """The array of marks, and its axis."""
 RESULT = "result.zarr"
 """The store in the output folder of a study's command."""
-COMPRESSORS = (BloscCodec(cname="lz4", clevel=5, shuffle="shuffle"), Crc32cCodec())
-"""Basins take less room so than by Zarr's default, and two thirds of the time."""
-_BLOSC = Blosc(cname="lz4", clevel=5, shuffle=Blosc.SHUFFLE)
-_CODECS = [BytesCodec, BloscCodec, Crc32cCodec]
-_OLDER_CODECS = {BytesCodec, BloscCodec, ZstdCodec}
-_HEADER, _CHECKSUM = 16, 4
-"""Bytes before and after the numbers of a chunk: Blosc's header, the crc32c."""
 _HELD = f"{CONTEXT}/{BYTES}"
-_METADATA = "zarr.json"
 _DEEPEST = 8
-_ALL_CHUNKS = {"write_empty_chunks": True}
 _UNCHECKED = "made by an earlier version without checksums: damage in it cannot be seen"
 _OTHER_NUMBERS = (
     "was made by an earlier version, which computed other numbers: they are shown as they are; "
     "remove it to compute them anew"
 )
+_HIDDEN = (DIGEST, EARLIER, REGIONS)
+"""Attributes of a store that its result does not show."""
+_KIND = attrgetter("dims", "dtype", "shape", "chunks")
+"""What must be the same in an array that is continued."""
 _SHOWN = 5
 """Damaged parts that a line names."""
 
-Place = tuple[int, ...]
-Layout = dict[str, tuple[Field, Place, Place]]
-"""Arrays of a store by name: what each holds, its shape, the shape of its chunks."""
+Layout = dict[str, StoredArray]
+"""Arrays of a store by name; of the context too, by its path."""
 
 
 # --- what is checked before it is read ------------------------------------------------------------
@@ -86,7 +82,7 @@ class Contents(NamedTuple):
 
     path: Path
     attributes: Mapping[str, Any]
-    arrays: dict[str, zarr.Array]  # the context too
+    arrays: Layout
     sealed: bool  # whether it has checksums
 
 
@@ -98,18 +94,24 @@ def contents(field: str, path: Path) -> Contents:
     why = _irregular(path)
     try:
         if not why:
-            digest = metadata_digest(path)
-            group = zarr.open_group(str(path), mode="r", zarr_format=3, use_consolidated=False)
-            sealed = group.attrs["identity"].get("format") != WITHOUT_CHECKSUMS
-            if not sealed or EARLIER in group.attrs or group.attrs[DIGEST] == digest:
-                nodes = dict(group.members(max_depth=1))
-                arrays = {name: one for name, one in nodes.items() if isinstance(one, zarr.Array)}
-                if DONE in arrays and all(_fits(one, sealed=sealed) for one in arrays.values()):
-                    return Contents(path, group.attrs.asdict(), arrays, sealed)
+            nodes = metadata_nodes(path)
+            attributes = nodes[""]["attributes"]
+            sealed = attributes["identity"].get("format") != WITHOUT_CHECKSUMS
+            if not sealed or EARLIER in attributes or attributes[DIGEST] == metadata_digest(nodes):
+                groups = {name for name, node in nodes.items() if node["node_type"] == "group"}
+                arrays = {
+                    name: stored_array(path / name, node)
+                    for name, node in nodes.items()
+                    if name not in groups
+                }
+                plain = all(nodes[name] == _group(nodes[name]["attributes"]) for name in groups)
+                fits = plain and all(_fits(one, sealed=sealed) for one in arrays.values())
+                if "" in groups and DONE in arrays and fits:
+                    return Contents(path, attributes, arrays, sealed)
                 why = "It lacks marks, or has an array that no study stores"
             else:
                 why = "Its metadata were damaged, changed, added or removed"
-    except Exception:  # noqa: BLE001 (Zarr has errors of many kinds for what it cannot use)
+    except Exception:  # noqa: BLE001 (errors of many kinds for what cannot be used)
         why = "It holds other data, damaged metadata, or those of another version"
     hint = f"{why}. Remove it, or choose another output"
     raise InputError(field, str(path), "a whole result of a study", hint)
@@ -130,30 +132,36 @@ def _irregular(path: Path) -> str:
     return ""
 
 
-def metadata_digest(path: Path) -> str:
-    """SHA-256 of all metadata of a store but this digest itself, and of the names of its arrays.
+def metadata_nodes(path: Path) -> dict[str, dict[str, Any]]:
+    """Metadata of a store by the path of their group or array in it, '' for the store itself.
 
     Raises errors of many kinds where metadata cannot be read.
     """
-    files = [file for folders in ("", "*/", "*/*/") for file in path.glob(folders + _METADATA)]
+    files = [file for folders in ("", "*/", "*/*/") for file in path.glob(folders + METADATA)]
     if len(files) > RESULT_ARRAYS:
         raise ValueError
-    nodes = {
-        str(file.relative_to(path)): json.loads(read_bytes("path", file, RESULT_METADATA))
-        for file in files
+    places = {file: "/".join(file.relative_to(path).parts[:-1]) for file in files}
+    return {
+        place: json.loads(read_bytes("path", file, RESULT_METADATA))
+        for file, place in places.items()
     }
-    nodes[_METADATA].get("attributes", {}).pop(DIGEST, None)
-    return hashlib.sha256(json.dumps(nodes, sort_keys=True).encode()).hexdigest()
 
 
-def _fits(array: zarr.Array, *, sealed: bool) -> bool:
+def metadata_digest(nodes: Mapping[str, Mapping[str, Any]]) -> str:
+    """SHA-256 of all metadata of a store but this digest itself, and of the names of its arrays."""
+    root = nodes[""]
+    attributes = {name: one for name, one in root["attributes"].items() if name != DIGEST}
+    every = {**nodes, "": {**root, "attributes": attributes}}
+    named = {f"{name}/{METADATA}".lstrip("/"): node for name, node in every.items()}
+    return hashlib.sha256(json.dumps(named, sort_keys=True).encode()).hexdigest()
+
+
+def _fits(array: StoredArray, *, sealed: bool) -> bool:
     """Whether an array is of a kind and size that a study stores."""
-    codecs = [*map(type, array.metadata.codecs)]
     return (
-        (codecs == _CODECS if sealed else _OLDER_CODECS.issuperset(codecs))
-        and array.dtype.kind in "biufU"
-        and _chunk_bytes(array) <= RESULT_CHUNK
-        and array.nchunks <= RESULT_CHUNKS
+        (array.codecs == SEALED if sealed else array.codecs in OLDER)
+        and array.chunk_bytes <= RESULT_CHUNK
+        and math.prod(array.counts) <= RESULT_CHUNKS
     )
 
 
@@ -164,14 +172,14 @@ def damage(field: str, found: Contents) -> dict[str, list[Path]]:
     store does not say its regions.
     """
     arrays, damaged = dict(found.arrays), {}
-    axes = {name: f"axis {name}" for name, one in arrays.items() if _dims(one) == (name,)}
+    axes = {name: f"axis {name}" for name, one in arrays.items() if one.dims == (name,)}
     for name, words in {**axes, _HELD: "what all parts need"}.items():
         one = arrays.pop(name, None)
-        if one is not None and not _is_whole(one):
+        if one is not None and not one.is_whole():
             damaged[words] = [found.path / name / "c"]
-    is_sound = cache(lambda name, place: _is_sound(arrays[name], place))  # of several regions
+    is_sound = cache(lambda name, place: arrays[name].is_sound(place))  # of several regions
     try:
-        named = (zip(_dims(one), one.shape, strict=True) for one in found.arrays.values())
+        named = (zip(one.dims, one.shape, strict=True) for one in found.arrays.values())
         sizes = set(chain.from_iterable(named))  # one of each dimension
         shape, cuts = dict(sizes), dict(found.attributes[REGIONS])
         counts = [-(-shape[dim] // length) for dim, length in cuts.items()]
@@ -180,14 +188,14 @@ def damage(field: str, found: Contents) -> dict[str, list[Path]]:
         for number, region in enumerate(np.ndindex(*counts)):
             chunk = {**dict(zip(cuts, region, strict=True)), REGION: number}
             places = {
-                name: tuple(chunk.get(dim, 0) for dim in _dims(one)) for name, one in arrays.items()
+                name: tuple(chunk.get(dim, 0) for dim in one.dims) for name, one in arrays.items()
             }
-            mark = _file(arrays[DONE], places[DONE])
+            mark = arrays[DONE].file(places[DONE])
             if not mark.exists():
                 continue
             names = [name for name, place in places.items() if not is_sound(name, place)]
             if names:
-                files = [mark, *(_file(arrays[name], places[name]) for name in names)]
+                files = [mark, *(arrays[name].file(places[name]) for name in names)]
                 damaged[f"part {number} ({', '.join(names)})"] = files
     except (ArithmeticError, LookupError, TypeError, ValueError):
         raise InputError(field, str(found.path), "a store that run made") from None
@@ -200,45 +208,13 @@ def _words(damaged: Mapping[str, object]) -> str:
     return f"damaged: {', '.join(list(damaged)[:_SHOWN])}{more}" if damaged else ""
 
 
-def _is_whole(array: zarr.Array) -> bool:
-    """Whether all chunks of an array are there and undamaged."""
-    return all(_is_sound(array, place) for place in np.ndindex(array.cdata_shape))
-
-
-def _is_sound(array: zarr.Array, place: Place) -> bool:
-    """Whether a chunk is there, with the checksum that it holds and as many bytes as it shall.
-
-    Zarr would decompress each chunk to find the same: from two times to fifteen times as long.
-    """
-    size = _chunk_bytes(array)
-    try:
-        data = read_bytes("path", _file(array, place), _HEADER + size + _CHECKSUM)
-    except InputError:
-        return False
-    stored = int.from_bytes(data[-_CHECKSUM:], "little")
-    numbers = int.from_bytes(data[4:8], "little")  # as Blosc will decompress
-    return google_crc32c.value(data[:-_CHECKSUM]) == stored and numbers == size
-
-
-def _file(array: zarr.Array, place: Place) -> Path:
-    return Path(array.store.root, array.path, array.metadata.encode_chunk_key(place))
-
-
-def _dims(array: zarr.Array) -> tuple[str, ...]:
-    return tuple(map(str, array.metadata.dimension_names or [""] * array.ndim))
-
-
-def _chunk_bytes(array: zarr.Array) -> int:
-    return int(array.dtype.itemsize * math.prod(array.chunks))
-
-
 # --- the store ------------------------------------------------------------------------------------
 class Store:
     """The growing result of one study in a folder; a region is marked after it was written.
 
     `note`: what the user is to know of a store that was there: damaged parts that are computed
     anew, missing checksums, numbers of an older revision; '' else.
-    `sealed`: whether its chunks have checksums; to a store of 0.2, without them, Zarr writes.
+    `sealed`: whether its chunks have checksums; those of 0.2 have none.
     """
 
     def __init__(self, path: Path, study: Study) -> None:
@@ -246,11 +222,12 @@ class Store:
         self.path, self._study, self.note, self.sealed = path, study, "", True
         try:
             # a link that leads nowhere counts as something that is there
-            self._group = self._opened() if os.path.lexists(path) else self._made()
+            self._attributes, self._arrays = (
+                self._opened() if os.path.lexists(path) else self._made()
+            )
         except OSError as error:
             raise not_made("output", path, "a folder that can be written", error) from error
-        self._done: NDArray[np.uint8] = np.asarray(self._group[DONE][:])
-        self._fields = field_layout(study)
+        self._done: NDArray[np.uint8] = self._arrays[DONE].read((slice(None),), whole=False)
 
     def _identity(self) -> dict[str, Any]:
         study = self._study
@@ -261,7 +238,7 @@ class Store:
             "parameters": json.loads(json.dumps(study.parameters)),
         }
 
-    def _opened(self) -> zarr.Group:
+    def _opened(self) -> tuple[Mapping[str, Any], Layout]:
         """The store that is there, after all of it was checked; damaged parts are taken out."""
         found = contents("output", self.path)
         self.sealed = found.sealed
@@ -269,27 +246,22 @@ class Store:
             self.note = f"{self.path} was {_UNCHECKED}"
         older = self._older(found)
         damaged = damage("output", found) if found.sealed else {}
-        group = zarr.open_group(str(self.path), mode="r+")
         if older:
-            if not damaged and np.all(found.arrays[DONE][:]):
+            if not damaged and np.all(found.arrays[DONE].read((slice(None),), whole=False)):
                 self.note = "; ".join(filter(None, (self.note, f"{self.path} {_OTHER_NUMBERS}")))
-                return group
+                return found.attributes, found.arrays
             raise self._refusal("a whole result", f"{_words(damaged) or 'unfinished'}: t{older}")
-        for name, (field, shape, chunks) in layout(self._study).items():
-            array, wanted = found.arrays.get(name), (shape, chunks, np.dtype(field.dtype))
-            if (
-                array is None
-                or (array.shape, array.chunks, array.dtype) != wanted
-                or _dims(array) != field.dims
-            ):
+        for name, wanted in layout(self.path, self._study).items():
+            array = found.arrays.get(name)
+            if array is None or _KIND(array) != _KIND(wanted):
                 why = f"{name} has another shape or type"
                 raise self._refusal("an unfinished result with the same arrays", why)
         if damaged:
             self.note = f"{self.path}: {_words(damaged)}; it is computed anew"
             for place in chain(*damaged.values()):
                 shutil.rmtree(place) if place.is_dir() else place.unlink(missing_ok=True)
-            self._write_axes(group)
-        return group
+            self._write_axes(found.arrays)
+        return found.attributes, found.arrays
 
     def _refusal(self, allowed: str, why: str) -> InputError:
         hint = f"{why}. Choose another output, or remove it."
@@ -316,39 +288,48 @@ class Store:
             raise self._refusal(allowed, f"T{difference}")
         return difference
 
-    def _made(self) -> zarr.Group:
+    def _made(self) -> tuple[Mapping[str, Any], Layout]:
         """A new store: made beside its place, so that a half-made one is never found."""
-        packed, about = _packed(self._study.context())  # first: it may take long, or be refused
+        study, context = self._study, self._study.context()  # it may take long, or be refused
         draft = self.path.with_name(f".{self.path.name}.draft")
         if draft.is_dir() and not draft.is_symlink():
             shutil.rmtree(draft)
         else:
             draft.unlink(missing_ok=True)
         draft.mkdir(parents=True)  # fails where a link has taken its place
-        study = self._study
-        attributes = {  # all at once: each one set later writes all metadata again
+        attributes: dict[str, Any] = {
             "identity": self._identity(),
             "title": study.title,
             "source": f"{PACKAGE} {bouncing_disk_ros.__version__}",
-            REGIONS: list(study.chunks.items()),
+            REGIONS: [list(cut) for cut in study.chunks.items()],
             **{f"parameter_{name}": value for name, value in study.parameters.items()},
         }
-        group = zarr.open_group(str(draft), mode="w-", attributes=attributes)
-        for name, array in layout(study).items():
-            _create_array(group, name, *array)
-        self._write_axes(group)
-        if about:
-            group.create_group(CONTEXT).create_array(
-                BYTES, data=packed, attributes={"arrays": about}, compressors=COMPRESSORS,
-                config=_ALL_CHUNKS,
+        arrays = layout(draft, study)
+        nodes: dict[str, dict[str, Any]] = {"": _group(attributes)}
+        if context:
+            packed, about = _packed(context)
+            kept = StoredArray(
+                draft / _HELD, ("",), packed.dtype, packed.shape,
+                (max(1, min(packed.size, RESULT_CHUNK)),),
+                attributes={"arrays": about},
             )  # fmt: skip
-        group.attrs[DIGEST] = metadata_digest(draft)
+            kept.write_all(packed)
+            arrays[_HELD], nodes[CONTEXT] = kept, _group({})
+        self._write_axes(arrays)
+        nodes |= {name: array.metadata() for name, array in arrays.items()}
+        attributes[DIGEST] = metadata_digest(nodes)
+        for name, node in nodes.items():
+            file = draft / name / METADATA
+            file.parent.mkdir(exist_ok=True)
+            file.write_text(json.dumps(node, indent=2))
         draft.rename(self.path)
-        return zarr.open_group(str(self.path), mode="r+")
+        return attributes, {
+            name: array._replace(path=self.path / name) for name, array in arrays.items()
+        }
 
-    def _write_axes(self, group: zarr.Group) -> None:
+    def _write_axes(self, arrays: Layout) -> None:
         for name, axis in self._study.axes.items():
-            _writing(group, name)[...] = axis.values
+            arrays[name].write_all(axis.values)
 
     def is_done(self, region: Region) -> bool:
         """Whether this region is in the store."""
@@ -361,45 +342,42 @@ class Store:
 
     def put(self, region: Region, arrays: Arrays) -> None:
         """Put a region into the store, on any thread; it counts when it is marked."""
-        if self.sealed:
-            put(self.path, self._fields, region, arrays)
-            return
-        for name, field in self._study.fields.items():
-            _writing(self._group, name)[region.select(field.dims)] = arrays[name]
+        put(self._arrays, self._study, region, arrays)
 
     def mark(self, region: Region) -> None:
         """Mark a region that is in the store as done."""
-        if self.sealed:
-            _write_chunk(self.path / DONE, (region.number,), np.ones(1, np.uint8))
-        else:
-            _writing(self._group, DONE)[region.number] = 1
+        self._arrays[DONE].write((region.number,), np.ones(1, np.uint8))
         self._done[region.number] = 1
 
     def read(self, region: Region) -> Arrays:
         """A region that is in the store."""
         return {
-            name: np.asarray(self._group[name][region.select(field.dims)])
+            name: self._arrays[name].read(region.select(field.dims))
             for name, field in self._study.fields.items()
         }
 
+    def result(self) -> xr.Dataset:
+        """What is in the store, as `open_result` gives it."""
+        return opened(self.path, self._attributes, self._arrays)
+
     def context(self) -> Arrays:
         """What all regions need, as it is stored."""
-        if CONTEXT not in self._group:
+        if _HELD not in self._arrays:
             return self._study.context()  # none, or begun by an earlier version
-        held = self._group[_HELD]
-        if held.nchunks_initialized < held.nchunks:  # it was damaged, and taken out
+        held = self._arrays[_HELD]
+        if not all(held.file(place).exists() for place in np.ndindex(held.counts)):  # taken out
             packed, about = _packed(self._study.context())
-            if about != held.attrs["arrays"]:
+            if about != held.attributes["arrays"]:
                 raise self._refusal("a whole result", "What all parts need is another here")
-            _writing(self._group, _HELD)[...] = packed
+            held.write_all(packed)
         try:
-            return _unpacked(np.asarray(held[...]), held.attrs["arrays"])
+            return _unpacked(held.read((slice(None),)), held.attributes["arrays"])
         except (KeyError, TypeError, ValueError):
             raise self._refusal("a whole result", "What all parts need is damaged") from None
 
 
-def layout(study: Study) -> Layout:
-    """What each array of a store holds, its shape, and the shape of its chunks."""
+def layout(path: Path, study: Study) -> Layout:
+    """The arrays of a study in the folder of its store."""
     fields = {
         name: Field((name,), str(axis.values.dtype), axis.units, axis.long_name, axis.symbol)
         for name, axis in study.axes.items()
@@ -412,7 +390,10 @@ def layout(study: Study) -> Layout:
         cut = {} if name in fields else lengths
         shape = tuple(sizes[dim] for dim in field.dims)
         chunks = (max(1, min(cut.get(dim, sizes[dim]), sizes[dim])) for dim in field.dims)
-        found[name] = field, shape, tuple(chunks)
+        found[name] = StoredArray(
+            path / name, tuple(field.dims), np.dtype(field.dtype).newbyteorder("<"), shape,
+            tuple(chunks), _fill(field), _described(field),
+        )  # fmt: skip
     return found
 
 
@@ -422,17 +403,20 @@ def _fill(field: Field) -> float | int:
     return field.fill if floats else int(np.nan_to_num(field.fill))
 
 
-def _create_array(group: zarr.Group, name: str, field: Field, shape: Place, chunks: Place) -> None:
+def _described(field: Field) -> dict[str, Any]:
+    """Attributes of an array."""
     attributes: dict[str, Any] = {"units": field.units, "long_name": field.long_name}
     if field.symbol:
         attributes["symbol"] = field.symbol
     if field.flags:
         attributes["flag_values"] = list(field.flags)
         attributes["flag_meanings"] = " ".join(field.flags.values())
-    group.create_array(
-        name, shape=shape, chunks=chunks, dtype=field.dtype, fill_value=_fill(field),
-        dimension_names=field.dims, attributes=attributes, compressors=COMPRESSORS,
-    )  # fmt: skip
+    return attributes
+
+
+def _group(attributes: dict[str, Any]) -> dict[str, Any]:
+    """Metadata of a group, as Zarr writes them."""
+    return {"attributes": attributes, "zarr_format": 3, "node_type": "group"}
 
 
 def _packed(arrays: Arrays) -> tuple[NDArray[np.uint8], list[Any]]:
@@ -452,50 +436,18 @@ def _unpacked(packed: NDArray[np.uint8], about: list[tuple[str, str, list[int]]]
     return found
 
 
-def field_layout(study: Study) -> Layout:
-    """The `layout` of the fields of a study alone."""
-    kept = layout(study)
-    return {name: kept[name] for name in study.fields}
-
-
-def put(path: str | Path, fields: Layout, region: Region, arrays: Arrays) -> None:
-    """Put a region into the sealed store at `path`, on any thread of any process."""
-    for name, (field, shape, chunk) in fields.items():
+def put(found: Layout, study: Study, region: Region, arrays: Arrays) -> None:
+    """Put a region into the arrays of a store, on any thread of any process."""
+    for name in study.fields:
+        array = found[name]
         slices = [
-            region.slices.get(dim, slice(0, n)) for dim, n in zip(field.dims, shape, strict=True)
+            region.slices.get(dim, slice(0, n))
+            for dim, n in zip(array.dims, array.shape, strict=True)
         ]
-        values = np.asarray(arrays[name], field.dtype)
-        if values.shape != chunk:  # at an edge: Zarr stores whole chunks
-            part = tuple(slice(one.stop - one.start) for one in slices)
-            values, given = np.full(chunk, _fill(field), field.dtype), values
-            values[part] = given
-        place = tuple(one.start // n for one, n in zip(slices, chunk, strict=True))
-        _write_chunk(Path(path, name), place, values)
-
-
-def _write_chunk(array: Path, place: Place, values: NDArray[np.generic]) -> None:
-    """Write a chunk of an array in a folder, as Zarr does: under a passing name first.
-
-    OSError where the array's folder is there no more: what is written would belong to no store.
-    """
-    data = _BLOSC.encode(np.ascontiguousarray(values))
-    file = Path(array, "c", *map(str, place))
-    for folder in reversed(file.relative_to(array).parents[:-1]):
-        Path(array, folder).mkdir(exist_ok=True)
-    passing = file.with_name(f"{file.name}.{uuid.uuid4().hex}.partial")
-    try:
-        with passing.open("wb") as open_file:
-            open_file.write(data)
-            open_file.write(google_crc32c.value(data).to_bytes(_CHECKSUM, "little"))
-        passing.replace(file)
-    except OSError:
-        passing.unlink(missing_ok=True)
-        raise
-
-
-def _writing(group: zarr.Group, name: str) -> zarr.Array:
-    """An array that also writes the chunks that hold nothing but fill values: none is missing."""
-    return group[name].with_config(_ALL_CHUNKS)
+        values = np.broadcast_to(arrays[name], [one.stop - one.start for one in slices])
+        array.write(
+            tuple(one.start // n for one, n in zip(slices, array.chunks, strict=True)), values
+        )
 
 
 def open_result(path: str | Path) -> xr.Dataset:
@@ -519,38 +471,43 @@ def open_result(path: str | Path) -> xr.Dataset:
     elif damaged := _words(damage("path", found)):
         hint = f"{damaged[:1].upper()}{damaged[1:]}. Run the same study there again: it mends them."
         raise InputError("path", str(store), "a whole result of a study", hint)
-    return opened(store)
+    return opened(store, found.attributes, found.arrays)
 
 
-def opened(path: Path) -> xr.Dataset:
-    """Open a store that was checked."""
-    result = xr.open_zarr(str(path), consolidated=False, chunks=None)
-    for name in (DIGEST, EARLIER, REGIONS):
-        result.attrs.pop(name, None)
-    return result
+def opened(path: Path, attributes: Mapping[str, Any], arrays: Layout) -> xr.Dataset:
+    """Dataset of a store that was checked; its arrays are read when they are used."""
+    shown = {name: one for name, one in attributes.items() if name not in _HIDDEN}
+    return xr.open_dataset(path, engine=_Opened, attributes=shown, arrays=arrays)
 
 
-@contextmanager
-def kept_whole(path: Path) -> Iterator[None]:
-    """Within it a whole store is read, in which Zarr takes fill values for a missing chunk.
+class _Opened(BackendEntrypoint):
+    """What xarray opens a store with."""
 
-    FailedError at the end, whatever else failed, where chunks were removed, or the store.
-    """
-    try:
-        yield
-    finally:
-        lacking: list[str] = []
-        with suppress(FileNotFoundError):
-            lacking = ["all"]
-            arrays = [one for _, one in zarr.open_group(str(path), mode="r").arrays()]
-            lacking = [
-                one.basename for one in arrays
-                if [*map(type, one.metadata.codecs)] == _CODECS
-                and one.nchunks_initialized < one.nchunks
-            ]  # fmt: skip
-        if lacking:
-            what = ", ".join(sorted(lacking))
-            raise FailedError(f"{path} was moved, or parts were removed, while in use: {what}")
+    def open_dataset(  # type: ignore[override]  # arguments are added as xarray's guide says
+        self,
+        filename_or_obj: Any,  # noqa: ARG002
+        *,
+        drop_variables: str | Iterable[str] | None = None,  # noqa: ARG002
+        attributes: Mapping[str, Any],
+        arrays: Layout,
+    ) -> xr.Dataset:
+        found = {
+            name: xr.Variable(one.dims, indexing.LazilyIndexedArray(_Lazy(one)), one.attributes)
+            for name, one in arrays.items()
+            if name != _HELD
+        }
+        return xr.Dataset(found, attrs=attributes)
+
+
+class _Lazy(BackendArray):
+    """An array that xarray reads when it is used."""
+
+    def __init__(self, array: StoredArray) -> None:
+        self.shape, self.dtype, self._array = array.shape, array.dtype, array
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
+        basic = indexing.IndexingSupport.BASIC
+        return indexing.explicit_indexing_adapter(key, self.shape, basic, self._array.read)
 
 
 def _completed(identity: Mapping[str, Any], wanted: Mapping[str, Any]) -> dict[str, Any]:

@@ -21,7 +21,7 @@ import xarray as xr
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.study import Study, open_result, run
-from bouncing_disk_ros.study.store import DIGEST, REGIONS, metadata_digest
+from bouncing_disk_ros.study.store import DIGEST, REGIONS, metadata_digest, metadata_nodes
 from support.studies import Products
 
 Change = Callable[[Path], object]
@@ -109,7 +109,7 @@ def _edit(file: str, change: Callable[[dict[str, Any]], object], *, reseal: bool
         (path / file).write_text(json.dumps(metadata))
         if reseal:
             root = json.loads((path / "zarr.json").read_text())
-            root["attributes"][DIGEST] = metadata_digest(path)
+            root["attributes"][DIGEST] = metadata_digest(metadata_nodes(path))
             (path / "zarr.json").write_text(json.dumps(root))
 
     return apply

@@ -58,7 +58,7 @@ NUMBERS = {"numpy", "numba"}
 LIBRARIES = NUMBERS | {
     "IPython", "PIL", "bokeh", "distributed", "flint", "google_crc32c", "lz4", "numcodecs",
     "matplotlib", "mcap", "messages", "netCDF4", "pytest", "rclpy", "rosbags", "soundfile",
-    "tornado", "tqdm", "xarray", "yaml", "zarr", "zstandard",
+    "tornado", "tqdm", "xarray", "yaml", "zstandard",
 }  # fmt: skip
 #: modules of the standard library that the core, which knows no clock, log or file, may not use
 NOT_IN_CORE = {

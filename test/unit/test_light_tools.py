@@ -54,13 +54,13 @@ def test_help_waits_for_no_slow_import_and_fits_a_terminal_of_any_encoding() -> 
     assert all(f"usage: {name}" in done.stdout for name in EXECUTABLES)
 
 
-def test_a_study_does_not_load_the_dask_that_is_installed(tmp_path: Path) -> None:
+def test_a_study_does_not_load_the_dask_and_the_zarr_that_are_installed(tmp_path: Path) -> None:
     """xarray did, for nothing: a small study took half as long again."""
     pytest.importorskip("dask")
     options = ["--ros-args", "-p", f"output:={tmp_path}", "-p", "figures:=none", "-p", "points:=16"]
     code = "import sys; from bouncing_disk_ros.study.toss_paths.options import main\n"
     code += f"assert main({options!r}) == 0\n"
-    code += "print('loaded:', *{'dask.base', 'distributed', 'xarray'} & set(sys.modules))"
+    code += "print('loaded:', *{'dask.base', 'distributed', 'xarray', 'zarr'} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=100)
     assert done.returncode == 0, done.stderr
     assert done.stdout.splitlines()[-1] == "loaded: xarray"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,8 @@ import xarray as xr
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.study import Arrays, Study, open_result, run
 from bouncing_disk_ros.study.lock import exclusive_lock, token_of
+from bouncing_disk_ros.study.store import DIGEST, metadata_digest, metadata_nodes
+from bouncing_disk_ros.study.stored_array import stored_array
 from reference.cases import FIRST, examples
 from support.checks import refused, there
 from support.coverage import in_soak
@@ -131,6 +134,30 @@ def test_locks_and_results_follow_no_link(tmp_path: Path) -> None:
     run(Products(VALUES), path)
     assert mine.read_text() == (folder / "mine").read_text() == "keep"
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["folder", "mine", "r.zarr"]
+
+
+def test_what_all_parts_need_may_lie_in_several_chunks(tmp_path: Path) -> None:
+    """As Zarr cut it in earlier versions."""
+    path = tmp_path / "r.zarr"
+    run(Products(VALUES), path)
+    held, nodes = path / "context/bytes", metadata_nodes(path)
+    array = stored_array(held, nodes["context/bytes"])
+    whole_bytes, array = array.read((slice(None),)), array._replace(chunks=(3,))
+    nodes["context/bytes"] = array.metadata()
+    nodes[""]["attributes"][DIGEST] = metadata_digest(nodes)
+    for name in ("context/bytes", ""):
+        (path / name / "zarr.json").write_text(json.dumps(nodes[name]))
+    array.write_all(whole_bytes)
+    open_result(path)
+    (held / "c/1").unlink()
+    Products.computed.clear()
+    for _ in range(2):
+        with (
+            nullcontext() if Products.computed else pytest.warns(RuntimeWarning, match="all parts")
+        ):
+            run(Products(VALUES), path)
+        assert Products.computed == [-1]
+    assert len(list((held / "c").iterdir())) == 3
 
 
 def test_what_all_parts_need_is_not_replaced_by_another_and_leaves_nothing_if_it_fails(
