@@ -26,7 +26,7 @@ _SKIPPED, _MISSED = 4, 3
 """Hits to look ahead (three may be false), landings to look ahead (two may be missed).
 
 Of parts of 5 %, four false ones in a row come once in 160 000 hits, three missed once in 8000. A
-chain whose second impact is missed begins before so many hits.
+chain at rest whose second impact is missed begins before so many hits.
 """
 _CONTACT, _SLOTS = _MISSED, _MISSED + 1
 """Slots: of so many landings missed, and of contact."""
@@ -97,51 +97,23 @@ def _landing(before: float, takeoff: float, own: NDArray[np.float64], g: float) 
     return before + since
 
 
-@kernel
-def _off(
-    before: float, at: float, after: float, own: NDArray[np.float64], g: float
-) -> tuple[float, float]:
-    """Velocity after an impact at a time, less that of the flight to `after`; its derivative."""
-    start, speed = _platform(own, at)
-    duration, (up, by_end, _) = after - at, _takeoff(before, at, own, g)
-    mean = (_platform(own, after)[0] - start) / duration
-    off = up - mean - 0.5 * g * duration
-    return off, by_end + 0.5 * g + (speed - mean) / duration
-
-
 @rare_kernel
 def _begin(
-    times: NDArray[np.float64], i: int, j: int, own: NDArray[np.float64], g: float
+    before: float, after: float, own: NDArray[np.float64], g: float
 ) -> tuple[float, float, float, float]:
-    """A missed impact between hits i and j, and the take-off from j as `_takeoff` tells it.
+    """A missed impact between two hits at rest, and the take-off of the later as `_takeoff` does.
 
-    Of several the one whose flight ends nearest to a later hit; nan if there is none.
+    On a vibrating platform several times are possible: nan.
     """
-    begin, end = times[i], times[j]
-    step = (end - begin) / _GRID
-    nearest, is_over, found = inf, False, (np.nan, np.nan, np.nan, np.nan)
-    for part in range(1, _GRID):
-        was_over, at = is_over, begin + part * step
-        is_over = _off(begin, at, end, own, g)[0] > 0.0
-        if was_over or not is_over:
-            continue
-        at -= 0.5 * step
-        for _ in range(_STEPS):
-            off, slope = _off(begin, at, end, own, g)
-            at -= off / slope
-        if not begin < at < end:
-            continue
-        u, by_end, by_at = _takeoff(at, end, own, g)
-        landing, away = _landing(end, u, own, g), inf
-        for k in range(j + 1, min(j + _SKIPPED + 1, times.size)):
-            away = min(away, abs(times[k] - landing))
-        if away < nearest:
-            start, (place, there) = _platform(own, at)[0], _platform(own, end)
-            later = (there - (place - start) / (end - at)) / (end - at) + 0.5 * g
-            earlier = -_takeoff(begin, at, own, g)[2]
-            nearest = away
-            found = at, u, by_end + by_at * later / slope, by_at * earlier / slope
-    return found
+    if own[AMPLITUDE] != 0.0:
+        return np.nan, np.nan, np.nan, np.nan
+    at, slope, earlier = before + (after - before) / (1.0 + own[RESTITUTION]), 1.0, 0.0
+    for _ in range(_STEPS):
+        takeoff, by_at, earlier = _takeoff(before, at, own, g)
+        slope = by_at + 0.5 * g
+        at -= (takeoff - 0.5 * g * (after - at)) / slope
+    takeoff, by_end, by_at = _takeoff(at, after, own, g)
+    return at, takeoff, by_end + by_at * 0.5 * g / slope, -by_at * earlier / slope
 
 
 @rare_kernel
@@ -335,7 +307,7 @@ def _chains(
                 takeoffs[j, slot, 1], takeoffs[j, slot, 2] = by_end, by_begin
             slot, cost = slot + 1, cost + ODD  # one is missed in between
             if j <= _SKIPPED and cost < costs[j, slot]:
-                at, u, by_end, by_begin = _begin(times, j - a - 1, j, own, g)
+                at, u, by_end, by_begin = _begin(times[j - a - 1], times[j], own, g)
                 if at == at:
                     costs[j, slot], sources[j, slot] = cost, -1
                     takeoffs[j, slot, 0] = u
@@ -397,7 +369,7 @@ def likeliest_chain(
         found[1] += 1
         if source < 0:
             if m:
-                missed[found[2]] = _begin(times, before, j, own, g)[0]
+                missed[found[2]] = _begin(times[before], times[j], own, g)[0]
                 found[2] += 1
             break
         if m == _CONTACT:
