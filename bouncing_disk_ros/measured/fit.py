@@ -38,7 +38,7 @@ from bouncing_disk_ros.measured.predict import (
 from bouncing_disk_ros.measured.profiles import Array, Data, Interval, Model, Profiles
 from bouncing_disk_ros.measured.reading import Recording, checked_errors, recording_of
 from bouncing_disk_ros.measured.result import REFUTED, ImpactFit, turned
-from bouncing_disk_ros.measured.sequence import Chain, at_rest, chain_of
+from bouncing_disk_ros.measured.sequence import Chain, Change, at_rest, chain_of
 from bouncing_disk_ros.measured.starts import first_values, other_frequency
 from bouncing_disk_ros.parameters import DEFAULTS
 
@@ -65,8 +65,19 @@ _MULTIPLES = (1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, 4 / 3, 3 / 2, 2.0, 3.0, 4.0)
 """Of the frequency: the platform is at the same phase again after one to four periods."""
 _HOPELESS = 20.0
 """Logarithm by which the chain of another frequency is less likely: that one is not fitted."""
+_EXCLUDED = 200.0
+"""Logarithm by which a change makes a fit so unlikely that it is not tried again after others.
+
+Changes nearby raised that of one by 39.
+"""
 _SURE = 500.0
 """Logarithm of odds: beyond it they are no finite number."""
+_EQUAL = 2e-4
+"""Part of a flight by which equal ones add up to other times: seven have 1 - ε below 5e-5."""
+_EXACT = 1e-9
+"""Part of a flight by which measured times differ more: only computed flights are so equal."""
+_WHOLE = 0.05
+"""Part of a period by which equal flights are off whole ones, beside the frequency's error."""
 _HIGHEST = 1e3
 """Median height of flights, m: higher ones are taken for times in ms, where g is not fitted."""
 
@@ -180,14 +191,49 @@ class _Known:
 
     def _fitted(self, recording: Recording, errors: Array | None) -> ImpactFit:
         """The fit with this gravity."""
+        return self._results(recording, errors, self._flights(recording, errors))
+
+    def _check_times(self, recording: Recording) -> None:
+        """InputError where these are no times of impacts in seconds."""
         typical = float(np.median(np.diff(recording.times)))
         if self.height == 0.0 and self.gravity * typical**2 / 8.0 > _HIGHEST:
             hint = "Milliseconds? Divide by 1000, or call the column of a text time_ms."
             raise InputError("times", f"flights of {typical:.4g} s", "times in seconds", hint)
+        if len(recording.times) >= _FEWEST:
+            self._check_equal(recording, typical)
+
+    def _check_equal(self, recording: Recording, flight: float) -> None:
+        """InputError where all flights are equal, up to the last digit of the times.
+
+        On a vibrating platform they take whole periods: in others its velocities at the impacts
+        cancel, as at rest, and only ε = 1 loses nothing. Without any errors these tell nothing.
+        """
+        times = recording.times
+        away = float(np.abs(times - np.linspace(times[0], times[-1], len(times))).max())
+        if away > max(2.0 * recording.resolution, _EQUAL * flight):
+            return
+        given = f"{len(times)} times, each {flight:.4g} s after the one before"
+        hint = "Are these all frames of a video? Does the platform vibrate?"
+        allowed = "times of impacts: on a platform at rest flights become shorter"
+        if self.frequency > 0.0:
+            turns, error = (flight * w / math.tau for w in (self.frequency, self.frequency_error))
+            if abs(turns - max(round(turns), 1)) < _WHOLE + error and away > _EXACT * flight:
+                return
+            hint = "Are these all frames of a video? Is the frequency right?"
+            allowed = "times of impacts with their errors: equal flights tell neither ε nor Γ"
+        raise InputError("times", given, allowed, hint)
+
+    def _flights(self, recording: Recording, errors: Array | None) -> _Sequence:
+        """The flights of one disk among the hits, and their fit."""
+        self._check_times(recording)
         found = self._in_sequence(recording, errors)
         if self.frequency > 0.0:
             found = self._corrected(found, recording, errors)
             found = self._with_contacts(found, recording, errors)
+        return found
+
+    def _results(self, recording: Recording, errors: Array | None, found: _Sequence) -> ImpactFit:
+        """All results of a fit: intervals, other frequencies, a second disk, impacts to come."""
         chain, data, profiles, draws = found
         rejected = np.delete(recording.times, chain.kept)
         with ThreadPoolExecutor() as beside:  # the kernels let go of the GIL
@@ -275,23 +321,17 @@ class _Known:
                 return self._evidence(_Sequence(chain, data, fitted, found.draws), recording)
             return -math.inf
 
-        before: Chain | None = None
-        chain = found.chain
-        heard, top = self._heard(times), evidence(chain)
-        while chain is not before:
-            before = chain
-            for part, odd in (("missed", chain.missed), ("contacts", chain.kept[chain.contacts]),
-                              ("kept", np.setdiff1d(heard, chain.kept))):  # fmt: skip
-                for one in odd:
-                    if part == "missed":
-                        other = replace(chain, missed=chain.missed[chain.missed != one])
-                    elif part == "contacts":
-                        others = chain.kept[chain.contacts] != one
-                        other = replace(chain, contacts=chain.contacts[others])
-                    else:
-                        other = chain.with_hit(int(one), times)
-                    if (own := evidence(other)) > top:
-                        chain, top = other, own
+        chain, top, is_changed = found.chain, evidence(found.chain), True
+        changes = chain.changes(self._heard(times))
+        while is_changed:
+            is_changed, near = False, list[Change]()
+            for change in changes:
+                other = chain.changed(change, times)
+                if (own := evidence(other)) > top:
+                    chain, top, is_changed = other, own, True
+                elif own > top - _EXCLUDED:
+                    near.append(change)
+            changes = near
         if chain is found.chain:
             return found
         data = self._data(recording, errors, chain)
@@ -349,14 +389,15 @@ class _Known:
         if len(left) < _FEWEST_ALONE or not is_during.any():
             return None
         part = replace(recording, times=times[left], sound=None)
+        errors = None if errors is None else errors[left]
+        alone = replace(self, height=0.0, fall_time=0.0)
         try:
-            found = replace(self, height=0.0, fall_time=0.0).fit(
-                part, None if errors is None else errors[left]
-            )
+            found = alone._flights(part, errors)
+            is_other = is_during[found.chain.kept].any()
+            is_other &= alone._physical(found, part) >= -math.log(REFUTED)
+            return alone._results(part, errors, found) if is_other else None
         except (InputError, FailedError):
             return None
-        is_other = np.isin(times[left[is_during]], found.rejected, invert=True).any()
-        return found if is_other and found.chance <= REFUTED else None
 
     def _first_chains(self, recording: Recording, errors: Array | None) -> list[Chain]:
         """Likely chains by first values from all hits and from parts, the likeliest first.

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,13 @@ _FIRST = 100
 """Hits that find the restitution on a platform at rest."""
 _CHANGES = np.linspace(-0.1, 0.2, 7)
 """Of the restitution, from the fastest impact to the slowest ones."""
+
+
+class Change(NamedTuple):
+    """Of a chain: `which` is the time of a missed impact, or a hit (of a contact: before it)."""
+
+    kind: Literal["missed", "contact", "hit"]
+    which: float
 
 
 @dataclass(frozen=True)
@@ -54,6 +62,25 @@ class Chain:
             and len(self.missed) == len(other.missed)
             and np.array_equal(self.contacts, other.contacts)
         )
+
+    def changes(self, heard: NDArray[np.int64]) -> list[Change]:
+        """What may be wrong: each missed impact, each contact, each of the hits that is left out.
+
+        `heard`: indices of all hits.
+        """
+        return [
+            *(Change("missed", float(at)) for at in self.missed),
+            *(Change("contact", int(hit)) for hit in self.kept[self.contacts]),
+            *(Change("hit", int(hit)) for hit in np.setdiff1d(heard, self.kept)),
+        ]
+
+    def changed(self, change: Change, times: Array) -> Chain:
+        """The chain without a missed impact or a contact, or with a hit."""
+        if change.kind == "missed":
+            return replace(self, missed=self.missed[self.missed != change.which])
+        if change.kind == "contact":
+            return replace(self, contacts=self.contacts[self.kept[self.contacts] != change.which])
+        return self.with_hit(int(change.which), times)
 
     def with_hit(self, hit: int, times: Array) -> Chain:
         """The chain with this hit added, in place of the nearest missed impact of the same flight.
