@@ -16,7 +16,7 @@ import shutil
 import stat
 import warnings
 from collections.abc import Iterable, Mapping
-from functools import cache
+from functools import cache, partial
 from itertools import chain
 from operator import attrgetter
 from pathlib import Path
@@ -313,15 +313,16 @@ class Store:
                 (max(1, min(packed.size, RESULT_CHUNK)),),
                 attributes={"arrays": about},
             )  # fmt: skip
-            kept.write_all(packed)
             arrays[_HELD], nodes[CONTEXT] = kept, _group({})
-        self._write_axes(arrays)
         nodes |= {name: array.metadata() for name, array in arrays.items()}
         attributes[DIGEST] = metadata_digest(nodes)
         for name, node in nodes.items():
             file = draft / name / METADATA
             file.parent.mkdir(exist_ok=True)
             file.write_text(json.dumps(node, indent=2))
+        self._write_axes(arrays)
+        if context:
+            kept.write_all(packed)
         draft.rename(self.path)
         return attributes, {
             name: array._replace(path=self.path / name) for name, array in arrays.items()
@@ -475,9 +476,14 @@ def open_result(path: str | Path) -> xr.Dataset:
 
 
 def opened(path: Path, attributes: Mapping[str, Any], arrays: Layout) -> xr.Dataset:
-    """Dataset of a store that was checked; its arrays are read when they are used."""
+    """Dataset of a store that was checked; its arrays are read when they are used.
+
+    Parts that were not computed yet have fill values. A whole result in use whose parts are removed
+    raises FailedError.
+    """
+    whole = bool(np.all(arrays[DONE].read((slice(None),), whole=False)))
     shown = {name: one for name, one in attributes.items() if name not in _HIDDEN}
-    return xr.open_dataset(path, engine=_Opened, attributes=shown, arrays=arrays)
+    return xr.open_dataset(path, engine=_Opened, attributes=shown, arrays=arrays, whole=whole)
 
 
 class _Opened(BackendEntrypoint):
@@ -490,9 +496,13 @@ class _Opened(BackendEntrypoint):
         drop_variables: str | Iterable[str] | None = None,  # noqa: ARG002
         attributes: Mapping[str, Any],
         arrays: Layout,
+        whole: bool,
     ) -> xr.Dataset:
+        lazy = {
+            name: indexing.LazilyIndexedArray(_Lazy(one, whole)) for name, one in arrays.items()
+        }
         found = {
-            name: xr.Variable(one.dims, indexing.LazilyIndexedArray(_Lazy(one)), one.attributes)
+            name: xr.Variable(one.dims, lazy[name], one.attributes)
             for name, one in arrays.items()
             if name != _HELD
         }
@@ -502,12 +512,13 @@ class _Opened(BackendEntrypoint):
 class _Lazy(BackendArray):
     """An array that xarray reads when it is used."""
 
-    def __init__(self, array: StoredArray) -> None:
-        self.shape, self.dtype, self._array = array.shape, array.dtype, array
+    def __init__(self, array: StoredArray, whole: bool) -> None:
+        self.shape, self.dtype = array.shape, array.dtype
+        self._read = partial(array.read, whole=whole)
 
     def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
         basic = indexing.IndexingSupport.BASIC
-        return indexing.explicit_indexing_adapter(key, self.shape, basic, self._array.read)
+        return indexing.explicit_indexing_adapter(key, self.shape, basic, self._read)
 
 
 def _completed(identity: Mapping[str, Any], wanted: Mapping[str, Any]) -> dict[str, Any]:

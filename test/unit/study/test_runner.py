@@ -397,7 +397,8 @@ def test_worker_stores_only_where_it_reads_the_claim(tmp_path: Path) -> None:
             compute_region(*given, claim._replace(version="0.2.0"), region)
         sent_back = compute_region(*given, claim._replace(token="of another run"), region)
         assert sent_back is not None
-        assert np.isnan(store.read(region)["product"]).all()
+        with pytest.raises(FailedError, match="removed, while in use: product"):
+            store.read(region)
         assert compute_region(*given, claim, region) is None
         assert np.array_equal(store.read(region)["product"], sent_back["product"])
     assert token_of(str(path)) == ""
