@@ -169,9 +169,9 @@ def _run(
                     ),
                 )  # fmt: skip
                 held = token if store.sealed else ""  # without it workers send their parts back
-                claim = Claim(str(store.path.resolve()), held, bouncing_disk_ros.__version__)
+                lock = RunLock(str(store.path.resolve()), held, bouncing_disk_ros.__version__)
                 work = (
-                    partial(compute_region, study, context, claim)
+                    partial(compute_region, study, context, lock)
                     if scheduler
                     else partial(compute_here, study, context, store, Semaphore(workers))
                 )
@@ -271,26 +271,26 @@ def compute_here(
     store.put(region, arrays)
 
 
-class Claim(NamedTuple):
-    """Claim of a run on a store: its path, what is in its lock, and the version of the package."""
+class RunLock(NamedTuple):
+    """The lock of a run on a store: the store, what the lock holds, the version of the package."""
 
     path: str
     token: str
     version: str
 
 
-def compute_region(study: Study, context: Arrays, claim: Claim, region: Region) -> Arrays | None:
-    """Work for any process: it stores what it computes if it can read the claim of the run.
+def compute_region(study: Study, context: Arrays, lock: RunLock, region: Region) -> Arrays | None:
+    """Work for any process: it stores what it computes if it can read the lock of the run.
 
     InputError in a process with another version, which may compute other numbers.
     """
-    if (mine := bouncing_disk_ros.__version__) != claim.version:
-        allowed = f"workers with version {claim.version}"
+    if (mine := bouncing_disk_ros.__version__) != lock.version:
+        allowed = f"workers with version {lock.version}"
         raise InputError("scheduler", f"a worker with version {mine}", allowed)
     arrays = study.compute(region, context, None)
-    if token_of(claim.path) != claim.token:
+    if token_of(lock.path) != lock.token:
         return arrays
-    put(layout(Path(claim.path), study), study, region, arrays)
+    put(layout(Path(lock.path), study), study, region, arrays)
     return None
 
 

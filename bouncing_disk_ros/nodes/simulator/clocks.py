@@ -1,4 +1,4 @@
-"""The clocks of the simulator's node: ticks of the steady clock, and the claim to /clock."""
+"""The clocks of the simulator's node: ticks of the steady clock, and the ownership of /clock."""
 
 from __future__ import annotations
 
@@ -90,8 +90,8 @@ TURN_NS = 4 * NS
 """Longer than one of two may see the other before it is seen, and than it takes to see it leave."""
 
 
-class ClockClaim:
-    """The claim of one publisher to /clock. The older one of two stays.
+class ClockOwnership:
+    """The ownership of /clock by one publisher. The older one of two stays.
 
     None knows how old another is. So each waits for the other to leave: one that is young not at
     all, or for a turn where its identity is the greater one; one that is old for two turns, or for

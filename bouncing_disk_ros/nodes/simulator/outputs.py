@@ -14,7 +14,7 @@ from std_msgs.msg import String
 
 from bouncing_disk_ros.core.model import Sample
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.nodes.simulator.clocks import ClockClaim
+from bouncing_disk_ros.nodes.simulator.clocks import ClockOwnership
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.ros import to_messages
 from bouncing_disk_ros.ros.qos import publisher_of
@@ -52,9 +52,9 @@ class Outputs:
         self._motion = self._publisher("platform/motion")
         self._offset = self._publisher("platform/offset")
         self._clock: Publisher | None = None
-        self.clock_claim: ClockClaim | None = None
+        self.clock_ownership: ClockOwnership | None = None
         if values["publish_clock"]:
-            self._claim_clock()
+            self._take_clock()
         self._clock_ns = 0
         self._frames = Frames.of(values)
         self._transforms = TransformPublisher(node, values) if values["publish_tf"] else None
@@ -72,12 +72,12 @@ class Outputs:
 
     def clock_is_lost(self) -> bool:
         """Whether another publisher of /clock is to stay in this one's place."""
-        claim = self.clock_claim
-        return claim is not None and claim.is_lost(
+        owner = self.clock_ownership
+        return owner is not None and owner.is_lost(
             clock_publishers(self._node), time.monotonic_ns()
         )
 
-    def _claim_clock(self) -> None:
+    def _take_clock(self) -> None:
         """Publish /clock; its publisher is the one that is new in the graph.
 
         Where another one has come at this very moment, again.
@@ -87,9 +87,9 @@ class Outputs:
         found = clock_publishers(self._node) - before
         if len(found) > 1:
             self._node.destroy_publisher(self._publishers.pop())
-            self._claim_clock()
+            self._take_clock()
         elif found:
-            self.clock_claim = ClockClaim(min(found), time.monotonic_ns())
+            self.clock_ownership = ClockOwnership(min(found), time.monotonic_ns())
 
     @property
     def times(self) -> TimeMap:
@@ -162,10 +162,10 @@ class Outputs:
     def _show_clock(self, now_ns: int) -> None:
         if self._clock is None:
             return
-        claim = self.clock_claim
-        if claim is not None and claim.is_young(time.monotonic_ns()):
+        owner = self.clock_ownership
+        if owner is not None and owner.is_young(time.monotonic_ns()):
             self.clock_is_lost()  # who was started together is to be heard of before each message
-        if claim is None or not claim.is_silent:
+        if owner is None or not owner.is_silent:
             self._clock_ns = now_ns
             self._clock.publish(Clock(clock=to_messages.ns_to_time(now_ns)))
 

@@ -38,7 +38,7 @@ from bouncing_disk_ros.study.by_name import definition_of
 from bouncing_disk_ros.study.command import run_command
 from bouncing_disk_ros.study.computation import Axis
 from bouncing_disk_ros.study.lock import exclusive_lock, token_of
-from bouncing_disk_ros.study.runner import PREFETCH, Claim, Pipeline, compute_region
+from bouncing_disk_ros.study.runner import PREFETCH, Pipeline, RunLock, compute_region
 from bouncing_disk_ros.study.store import Store
 from support.checks import refused, there
 from support.studies import VALUES, Products, Sums
@@ -386,19 +386,19 @@ def test_a_cluster_without_this_version_is_refused(found: str | Exception) -> No
         runner._check_versions(client, "tcp://s")
 
 
-def test_worker_stores_only_where_it_reads_the_claim(tmp_path: Path) -> None:
+def test_worker_stores_only_where_it_reads_the_lock(tmp_path: Path) -> None:
     study, path = Products(VALUES), tmp_path / "r.zarr"
     region = next(study.regions())
     with exclusive_lock(path) as token:
         store = Store(path, study)
-        given, claim = (study, study.context()), Claim(str(path), token, __version__)
+        given, lock = (study, study.context()), RunLock(str(path), token, __version__)
         assert token_of(str(path)) == token
         with pytest.raises(InputError, match=r"a worker with version .*, allowed: workers with"):
-            compute_region(*given, claim._replace(version="0.2.0"), region)
-        sent_back = compute_region(*given, claim._replace(token="of another run"), region)
+            compute_region(*given, lock._replace(version="0.2.0"), region)
+        sent_back = compute_region(*given, lock._replace(token="of another run"), region)
         assert sent_back is not None
         with pytest.raises(FailedError, match="removed, while in use: product"):
             store.read(region)
-        assert compute_region(*given, claim, region) is None
+        assert compute_region(*given, lock, region) is None
         assert np.array_equal(store.read(region)["product"], sent_back["product"])
     assert token_of(str(path)) == ""

@@ -7,7 +7,7 @@ import random
 
 import pytest
 
-from bouncing_disk_ros.nodes.simulator.clocks import TURN_NS, YOUNG_NS, ClockClaim
+from bouncing_disk_ros.nodes.simulator.clocks import TURN_NS, YOUNG_NS, ClockOwnership
 from bouncing_disk_ros.units import NS
 
 STEP_NS = NS // 10
@@ -17,13 +17,13 @@ LEAVE_NS = NS // 2
 
 def last_ones(starts: list[int], delays: dict[tuple[int, int], int]) -> list[int]:
     """Those that stay of publishers started at instants, who see each other after delays (ns)."""
-    claims: dict[int, ClockClaim] = {}
+    owners: dict[int, ClockOwnership] = {}
     ended: dict[int, int] = {}
     for now in range(0, max(starts) + 20 * NS, STEP_NS):
         for one, begin in enumerate(starts):
             if begin > now or one in ended:
                 continue
-            claim = claims.setdefault(one, ClockClaim(bytes([one]), now))
+            owner = owners.setdefault(one, ClockOwnership(bytes([one]), now))
             seen = {
                 bytes([other])
                 for other, other_begin in enumerate(starts)
@@ -31,7 +31,7 @@ def last_ones(starts: list[int], delays: dict[tuple[int, int], int]) -> list[int
                 and now >= max(begin, other_begin) + delays[one, other]
                 and now < ended.get(other, now) + LEAVE_NS
             }
-            lost = claim.is_lost(frozenset({bytes([one]), *seen}), now)
+            lost = owner.is_lost(frozenset({bytes([one]), *seen}), now)
             if lost:
                 ended[one] = now
     return [one for one in range(len(starts)) if one not in ended]
@@ -61,9 +61,9 @@ def test_of_three_started_together_one_stays() -> None:
 
 
 def test_one_alone_goes_on_and_one_that_sees_another_leave_too() -> None:
-    claim = ClockClaim(b"b", 0)
-    assert not any(claim.is_lost(frozenset({b"b"}), now) for now in range(0, 100 * NS, NS))
-    claim = ClockClaim(b"b", 0)
-    assert not claim.is_lost(frozenset({b"a", b"b"}), NS)
-    assert not claim.is_lost(frozenset({b"b"}), NS + TURN_NS)
-    assert not claim.is_lost(frozenset({b"a", b"b"}), NS + 2 * TURN_NS)
+    owner = ClockOwnership(b"b", 0)
+    assert not any(owner.is_lost(frozenset({b"b"}), now) for now in range(0, 100 * NS, NS))
+    owner = ClockOwnership(b"b", 0)
+    assert not owner.is_lost(frozenset({b"a", b"b"}), NS)
+    assert not owner.is_lost(frozenset({b"b"}), NS + TURN_NS)
+    assert not owner.is_lost(frozenset({b"a", b"b"}), NS + 2 * TURN_NS)
