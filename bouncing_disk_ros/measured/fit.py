@@ -68,7 +68,7 @@ _HOPELESS = 20.0
 _EXCLUDED = 200.0
 """Logarithm by which a change makes a fit so unlikely that it is not tried again after others.
 
-Changes nearby raised that of one by 39.
+Other changes near it raised the logarithm of one change by 39.
 """
 _SURE = 500.0
 """Logarithm of odds: beyond it they are no finite number."""

@@ -50,7 +50,7 @@ LATCHED = ("disk/inputs", "platform/motion", "platform/offset", "disk/phase")
 """Topics whose next number is no sign: the newest message of another run may have it."""
 _REMEMBERED = 1000
 _PUBLISHERS = 100
-"""So many publishers of a topic are told apart."""
+"""Publishers of a topic whose next numbers are kept."""
 REPEAT = -1
 """Stands for the run of a message that is there a second time."""
 

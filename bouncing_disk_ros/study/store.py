@@ -214,12 +214,12 @@ class Store:
 
     `note`: what the user is to know of a store that was there: damaged parts that are computed
     anew, missing checksums, numbers of an older revision; '' else.
-    `sealed`: whether its chunks have checksums; those of 0.2 have none.
+    `sealed`: whether its chunks have checksums; stores of 0.2 have none.
     """
 
     def __init__(self, path: Path, study: Study) -> None:
         """Make the store, or open the one that an earlier run of the same study left there."""
-        self.path, self._study, self.note, self.sealed = path, study, "", True
+        self.path, self._study, self.note = path, study, ""
         try:
             # a link that leads nowhere counts as something that is there
             self._attributes, self._arrays = (
@@ -227,6 +227,7 @@ class Store:
             )
         except OSError as error:
             raise not_made("output", path, "a folder that can be written", error) from error
+        self.sealed = self._arrays[DONE].codecs == SEALED
         self._done: NDArray[np.uint8] = self._arrays[DONE].read((slice(None),), whole=False)
 
     def _identity(self) -> dict[str, Any]:
@@ -241,7 +242,6 @@ class Store:
     def _opened(self) -> tuple[Mapping[str, Any], Layout]:
         """The store that is there, after all of it was checked; damaged parts are taken out."""
         found = contents("output", self.path)
-        self.sealed = found.sealed
         if not found.sealed:
             self.note = f"{self.path} was {_UNCHECKED}"
         older = self._older(found)

@@ -33,7 +33,7 @@ _HEADER, _CHECKSUM = 16, 4
 """Bytes before and after the numbers of a chunk: Blosc's header, the crc32c."""
 _KEYS = {"name": "default", "configuration": {"separator": "/"}}
 _BLOSC = {"cname": "lz4", "clevel": 5, "shuffle": "shuffle", "blocksize": 0}
-"""Basins take less room so than by Zarr's default, and two thirds of the time."""
+"""Compression of chunks: smaller than Zarr's default for basins, in two thirds of its time."""
 _blosc = Blosc(cname="lz4", clevel=5, shuffle=Blosc.SHUFFLE)
 _zstd = Zstd(level=0)
 

@@ -108,8 +108,8 @@ class RunHistory:
     def new_run(self, has_motion: bool = False) -> None:
         """A run that begins at time 0: what was before is forgotten.
 
-        Its motion may have come before the word of it: `has_motion`. One that begins at time 0 is
-        taken for that.
+        `has_motion`: its motion was received before its first record. A motion that begins at time
+        0 is taken for its motion too.
         """
         with self.lock:
             motion = self.motions.at(math.inf)

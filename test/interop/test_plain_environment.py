@@ -61,7 +61,7 @@ def run(*command: str, cwd: Path, **changes: str) -> subprocess.CompletedProcess
 
 
 def test_the_library_and_every_tool(plain: Path, tmp_path: Path) -> None:
-    empty = str(tmp_path / "cache")  # that of the user may hold these kernels already
+    empty = str(tmp_path / "cache")  # the user's cache may hold these kernels already
     done = run(str(plain / "python"), "-c", LIBRARY, cwd=tmp_path, XDG_CACHE_HOME=empty)
     assert done.returncode == 0, done.stdout
     assert "bouncing_disk_ros: compiling kernels, each once" in done.stdout

@@ -63,7 +63,7 @@ def test_exact_times_give_the_closed_forms() -> None:
 
 @pytest.mark.parametrize("count", [6, 12])
 def test_the_second_impact_may_be_missed(count: int) -> None:
-    """The hit before it was rejected, and the height of the first flight was that of the third."""
+    """The hit before it was rejected, and the first flight had the height of the third."""
     times = at_rest(np.random.default_rng(count), count, 1e-5, 0.0)
     fit = fit_impacts(np.delete(times, 1), scatter=0.0)
     assert np.flatnonzero(fit.missed).tolist() == [1]

@@ -147,7 +147,7 @@ SPEED = ("disk/rotor_speed", Parsed(40 * NS, 5.0, 4))
 
 @pytest.mark.parametrize("knows_sending", [True, False])
 def test_times_do_not_depend_on_which_latched_message_comes_first(knows_sending: bool) -> None:
-    """With the motion before the newest parameters, times were those of the factor before it."""
+    """With the motion before the newest parameters, times had the factor before it."""
     for place in range(3):
         history, record = RunHistory(), RunRecord(UNKNOWN_DISK)
         readers = HistoryReader(history), RunRecordBuilder(record)
