@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -15,6 +16,7 @@ import pytest
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
+from bouncing_disk_ros.niceness import SWITCH_SECONDS
 from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.ros.from_messages import msg_to_joints, msg_to_motion, time_to_ns
 from bouncing_disk_ros.run.session import motion_of
@@ -135,6 +137,24 @@ def test_a_late_subscriber_gets_motion_phase_and_the_whole_record(
     assert late.records[0]["kind"] == "snapshot"
     late.spin_until(lambda: late.phases == ["paused"])
     late.close()
+
+
+@pytest.mark.parametrize(
+    ("before", "beside"),
+    [(0.005, SWITCH_SECONDS), (SWITCH_SECONDS / 2.0, SWITCH_SECONDS / 2.0)],
+    ids=["Python's default", "a shorter one"],
+)
+def test_ticks_wait_for_no_longer_than_the_switch_interval(
+    live: LiveSimulators, peer: Peer, before: float, beside: float
+) -> None:
+    """A study beside a simulator held the interpreter's lock for Python's 5 ms at a time."""
+    own = sys.getswitchinterval()
+    sys.setswitchinterval(before)
+    try:
+        live(peer)
+        assert sys.getswitchinterval() == pytest.approx(beside)
+    finally:
+        sys.setswitchinterval(own)
 
 
 def test_two_nodes_in_two_namespaces_keep_apart(live: LiveSimulators) -> None:

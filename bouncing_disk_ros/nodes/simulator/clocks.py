@@ -10,6 +10,7 @@ from rclpy.clock import Clock
 from rclpy.node import Node
 from rclpy.timer import Timer
 
+from bouncing_disk_ros.niceness import hand_on_the_lock
 from bouncing_disk_ros.run.time_map import MARGIN_NS, TickPlan
 from bouncing_disk_ros.units import NS
 
@@ -44,6 +45,7 @@ class TickTimer:
     def start(self) -> None:
         """Tick from now on."""
         self.stop()
+        hand_on_the_lock()
         plan, now = self._plan(), time.monotonic_ns()
         self._due_ns = plan.begin_before(now + plan.period_ns)
         first_ns = max(1, self._due_ns - now)
