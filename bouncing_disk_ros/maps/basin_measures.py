@@ -74,7 +74,8 @@ def row_blocks(
 def narrow(labels: NDArray[np.integer]) -> NDArray[Any]:
     """The labels in the smallest type that holds them."""
     low, high = int(labels.min()), int(labels.max())
-    return labels.astype(np.result_type(np.min_scalar_type(low), np.min_scalar_type(high)))
+    kind = np.result_type(np.min_scalar_type(low), np.min_scalar_type(high))
+    return labels.astype(kind, copy=False)
 
 
 def downsample(field: Any, most: int) -> NDArray[Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import replace
@@ -177,13 +178,17 @@ class Basins(Study):
         """Attractors with their shares, and the measures of the boundary."""
         found = from_arrays(context).found
         # read strip by strip where it may be larger than memory
-        field = result["label"]
-        labels: LabelMap = field.values if field.size <= PIXELS else field
-        with ThreadPoolExecutor(2, initializer=give_way) as beside:  # NumPy lets go of the GIL
-            measures = self._measures(labels, beside)
-            parts = shares(labels, len(found), periodic=self.whole_period)
-            missed = self._missed(from_arrays(context), result, labels)
+        labels: LabelMap = result["label"]
+        if result["label"].size <= PIXELS:
+            labels = next(row_blocks(labels, 0, labels.shape[0]))
+        # This thread only waits: at work before those that give way it would keep them from running
+        # while they hold the interpreter's lock.
+        with ThreadPoolExecutor(os.cpu_count(), initializer=give_way) as threads:
+            measures = self._measures(labels, threads)
+            share = threads.submit(shares, labels, len(found), periodic=self.whole_period)
+            missing = threads.submit(self._missed, from_arrays(context), result, labels)
             boundary = _boundary(*(one.result() for one in measures)) if measures else {}
+            parts, missed = share.result(), missing.result()
         points = [(i, *p) for i, a in enumerate(found)
                   for p in zip(a.forcing_phases, a.velocities, strict=True)]  # fmt: skip
         owner, phase, speed = np.array(points).reshape(-1, 3).T
@@ -236,14 +241,14 @@ class Basins(Study):
             begin += len(part)
         return np.empty(0, np.intp), np.empty(0, np.intp)
 
-    def _measures(self, labels: LabelMap, beside: Executor) -> list[Future[Any]]:
+    def _measures(self, labels: LabelMap, threads: Executor) -> list[Future[Any]]:
         """What `_boundary` takes, each computed in a thread; none of a small map."""
         if min(labels.shape) < 48:
             return []
         by_distance = (uncertainty_exponent, box_dimension)
         return [
-            *(beside.submit(one, labels, periodic=self.whole_period) for one in by_distance),
-            beside.submit(basin_entropy, labels),
+            *(threads.submit(one, labels, periodic=self.whole_period) for one in by_distance),
+            threads.submit(basin_entropy, labels),
         ]
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import threading
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import FrameType
@@ -13,7 +15,9 @@ import numba
 import numpy as np
 import pytest
 
+from bouncing_disk_ros.niceness import NICENESS
 from bouncing_disk_ros.study import Progress, Study, named, run
+from bouncing_disk_ros.study.basins import compute
 from support.driven import Driven
 
 SEEDS = (3, 4)
@@ -59,6 +63,29 @@ def test_no_study_wakes_numba_s_threads(tmp_path: Path) -> None:
     labels_of(tmp_path / "result")
     with pytest.raises(ValueError, match="not initialized"):
         numba.threading_layer()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="niceness is that of the process elsewhere")
+def test_shares_and_measures_of_basins_give_way_to_a_simulator(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At the niceness of the caller, shares kept the threads of the measures from the processor,
+    for up to 8 ms while one held the interpreter's lock."""
+    found: dict[str, int] = {}
+
+    def watch(name: str, function: Callable[..., Any]) -> None:
+        def watched(*args: Any, **given: Any) -> Any:
+            found[name] = os.getpriority(os.PRIO_PROCESS, 0)  # 0: of this thread
+            return function(*args, **given)
+
+        monkeypatch.setattr(compute, name, watched)
+
+    names = ("shares", "uncertainty_exponent", "box_dimension", "basin_entropy")
+    for name in names:
+        watch(name, getattr(compute, name))
+    labels_of(tmp_path / "result")
+    here = os.getpriority(os.PRIO_PROCESS, 0)
+    assert found == dict.fromkeys(names, min(here + NICENESS, 19))
 
 
 @pytest.mark.parametrize(
