@@ -132,6 +132,11 @@ class Performer(Node):
         if wait_for(self, stop, ready, self._timeout) or stop.asked:
             return
         if self._publisher.get_subscription_count():
+            if not self.get_clock().now().nanoseconds:
+                raise FailedError(
+                    "no time on /clock, which use_sim_time needs: leave it out, unless the "
+                    "simulator publishes /clock (publish_clock)"
+                )
             raise FailedError(
                 f"{topic} has a subscriber, but platform/motion is not published: is the "
                 "simulator configured and active?"
@@ -143,7 +148,8 @@ class Performer(Node):
 
     def _settings(self, stop: Stop) -> dict[str, Value]:
         """What the simulator says about its time and disk; real time when it does not answer."""
-        settings: dict[str, Value] = dict(zip(ASKED, (1.0, 0.0, False, Lockstep.OFF), strict=False))
+        assumed = (1.0, 0.0, self._is_on_clock(), Lockstep.OFF)
+        settings: dict[str, Value] = dict(zip(ASKED, assumed, strict=False))
         wait_for(self, stop, self._simulator, PATIENCE)
         name = self._simulator() or "the simulator"
         if name.startswith("/") and not stop.asked:
@@ -153,6 +159,9 @@ class Performer(Node):
         if not stop.asked:
             self.get_logger().warning(f"{name} does not give its parameters: assuming real time")
         return settings
+
+    def _is_on_clock(self) -> bool:
+        return bool(self.get_parameter("use_sim_time").value)
 
     def _simulator(self) -> str:
         """Full name of the node that publishes platform/motion; empty until it is known."""
@@ -180,9 +189,14 @@ class Performer(Node):
                 "the simulator runs as fast as it can: set its real_time_factor to 1, or use "
                 "simulate(programme=...) of the library"
             )
-        if settings["publish_clock"] and not self.get_parameter("use_sim_time").value:
+        if settings["publish_clock"] and not self._is_on_clock():
             raise FailedError(
                 "the simulator publishes /clock: add --ros-args -p use_sim_time:=true"
+            )
+        if self._is_on_clock() and not settings["publish_clock"]:
+            raise FailedError(
+                "another node publishes /clock, not the simulator, whose stamps are wall time: "
+                "leave out use_sim_time, or start the simulator with publish_clock"
             )
         if self._phase == "paused":
             raise FailedError("the simulator is paused: resume it first (service ~/pause, false)")

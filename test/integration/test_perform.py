@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from builtin_interfaces.msg import Time
+from rosgraph_msgs.msg import Clock
 from std_srvs.srv import SetBool, Trigger
 from trajectory_msgs.msg import JointTrajectory
 
@@ -119,6 +121,35 @@ def test_a_published_clock_is_asked_for(
     assert process.wait() == 0, process.output
     assert "takes 1.60 s" in process.stdout
     peer.close()
+
+
+@pytest.mark.parametrize(
+    ("seconds", "line"),
+    [
+        ([], "no time on /clock, which use_sim_time needs"),
+        # stamps by such a clock are in the past of the simulator, or in its far future
+        ([10, 2_000_000_000], "another node publishes /clock, not the simulator, whose stamps are"),
+    ],
+)
+def test_the_clock_of_another_node_is_refused(
+    start: Starter, peer: Peer, seconds: list[int], line: str
+) -> None:
+    own = "/clock_of_another_node"
+    publisher = peer.node.create_publisher(Clock, own, 10)
+    options = ("-p", "use_sim_time:=true", "-p", "timeout:=10.0", "-r", f"/clock:={own}")
+    for second in seconds or [None]:
+        process = start("perform", "spin_up", "--ros-args", *options)
+
+        def ended(process: Process = process, second: int | None = second) -> bool:
+            if second is not None:
+                publisher.publish(Clock(clock=Time(sec=second)))
+            return not process.running
+
+        peer.spin_until(ended)
+        assert process.wait() == 1
+        assert process.stderr.splitlines()[-1].startswith(f"perform: {line}")
+        assert "sent:" not in process.stdout
+    peer.node.destroy_publisher(publisher)
 
 
 def test_a_simulator_in_lockstep_is_left_alone(start: Starter, live: LiveSimulators) -> None:
