@@ -9,12 +9,14 @@ first start takes two thirds of the processor time. Nothing may be compiled with
 from __future__ import annotations
 
 import gc
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from functools import cache
+from pathlib import Path
 from typing import Any, TypeAlias
 
-from numba import njit, types
+from numba import config, njit, types
 from numba.core import event, utils
 from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary, llvmir
@@ -174,17 +176,39 @@ def _of_compilations(send: Callable[..., None]) -> Callable[..., None]:
     return sent
 
 
+@cache
+def _warn_of_storing(reason: str) -> None:
+    """Warn once, whatever numba has done to the filters of warnings since."""
+    text = (
+        f"compiled kernels cannot be stored in {config.CACHE_DIR}: {reason}. Every start compiles "
+        "them again. Set NUMBA_CACHE_DIR to another folder"
+    )
+    warnings.warn(text, RuntimeWarning, stacklevel=3)
+
+
 class QuickCache(FunctionCache):
     """numba's cache of an entry's machine code, loaded without the tables of its compiler.
 
-    They take 0.2 s. A compilation makes them.
+    They take 0.2 s. A compilation makes them. What a loss of power or a full disk left is compiled
+    again.
     """
 
     def load_overload(self, signature: object, context: Any) -> Any:
-        """Return the entry with this signature; None: it is not stored."""
+        """Return the entry with this signature; None: it is not stored, or cannot be read."""
         rtsys.initialize(context)  # what the code calls for its arrays
         with self._guard_against_spurious_io_errors():
-            return self._load_overload(signature, context)
+            try:
+                return self._load_overload(signature, context)
+            except Exception:  # noqa: BLE001 (pickle and LLVM raise anything on damaged bytes)
+                Path(self._cache_file._index_path).unlink()  # the compiled entry gets another one
+                return None
+
+    def save_overload(self, signature: object, data: Any) -> None:
+        """Store a compiled entry; where that fails, warn."""
+        try:
+            super().save_overload(signature, data)
+        except OSError as error:
+            _warn_of_storing(error.strerror)
 
 
 def kernel(function: Kernel) -> Kernel:
@@ -226,12 +250,16 @@ def entry(*signature: object) -> Callable[[Kernel], Kernel]:
     def compile_entry(function: Kernel) -> Kernel:
         share_compiled_kernels()
         with _quick_compilation():
-            compiled: Any = njit(
-                error_model="numpy", nogil=True, cache=True, no_cfunc_wrapper=True
-            )(function)
-            compiled._cache = QuickCache(function)
-            compiled.compile(*signature)
-            compiled.disable_compile()
-        return compiled
+            return stored(function, *signature, no_cfunc_wrapper=True)
 
     return compile_entry
+
+
+def stored(function: Kernel, *signature: object, **options: bool) -> Kernel:
+    """Load a function with one signature as an earlier process has compiled it, or compile it."""
+    compiled: Any = njit(error_model="numpy", nogil=True, cache=True, **options)(function)
+    compiled._cache = QuickCache(function)
+    compiled.compile(*signature)
+    compiled.disable_compile()
+    found: Kernel = compiled
+    return found

@@ -137,7 +137,8 @@ def test_the_clock_of_another_node_is_refused(
     own = "/clock_of_another_node"
     publisher = peer.node.create_publisher(Clock, own, 10)
     options = ("-p", "use_sim_time:=true", "-p", "timeout:=10.0", "-r", f"/clock:={own}")
-    for second in seconds or [None]:
+    times: list[int | None] = [*seconds] or [None]
+    for second in times:
         process = start("perform", "spin_up", "--ros-args", *options)
 
         def ended(process: Process = process, second: int | None = second) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import resource
 import shutil
 import stat
 import subprocess
@@ -215,3 +216,50 @@ def test_kernels_are_compiled_and_announced_once_for_all_installations_of_the_sa
     kernel = "core.arithmetic.sine_and_cosine"
     assert told == f"tool: compiling kernels, each once on this machine; first {kernel}\n"
     assert others == [(0, "")]
+
+
+ONE_KERNEL = """\
+from bouncing_disk_ros import kernel_cache
+kernel_cache.announce_compilation("tool")
+from numba import float64
+from bouncing_disk_ros.core.compilation import entry
+@entry(float64(float64))
+def one_more(x): return x + 1.0
+assert one_more(1.0) == 2.0
+"""
+
+
+def run_one_kernel(folder: Path, largest: int = resource.RLIM_INFINITY) -> list[str]:
+    """Lines of stderr of a process that runs a kernel and writes files of `largest` bytes."""
+    program = folder / "one_kernel.py"
+    program.write_text(ONE_KERNEL)
+    done = subprocess.run(
+        [sys.executable, str(program)], capture_output=True, text=True, check=True,
+        env={**os.environ, "XDG_CACHE_HOME": str(folder / "cache")},
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (largest, largest)),
+    )  # fmt: skip
+    return done.stderr.splitlines()
+
+
+COMPILED = "tool: compiling kernels, each once on this machine; first "
+
+
+@pytest.mark.parametrize("kind", ["nbi", "nbc"])
+def test_a_damaged_file_of_a_kernel_is_replaced(
+    clean: pytest.MonkeyPatch, tmp_path: Path, kind: str
+) -> None:
+    """After a loss of power a file may be empty, cut or hold zeros."""
+    run_one_kernel(tmp_path)
+    (file,) = tmp_path.rglob(f"*one_more*.{kind}")
+    whole = file.read_bytes()
+    for damaged in (b"", whole[: len(whole) // 2], bytes(len(whole))):
+        file.write_bytes(damaged)
+        assert [line.startswith(COMPILED) for line in run_one_kernel(tmp_path)] == [True]
+        assert run_one_kernel(tmp_path) == []
+
+
+def test_a_full_disk_of_kernels_is_one_warning(clean: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    compiled, warning, _source = run_one_kernel(tmp_path, largest=100)
+    assert compiled.startswith(COMPILED)
+    folder = there(kernel_cache.numba_cache_directory()).name
+    assert re.search(f"RuntimeWarning: compiled kernels cannot be stored in .*{folder}: ", warning)

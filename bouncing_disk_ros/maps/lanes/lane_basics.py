@@ -58,7 +58,7 @@ from bouncing_disk_ros.core.arithmetic import (
     sincos,
 )
 from bouncing_disk_ros.core.chatter import chatter_scale
-from bouncing_disk_ros.core.compilation import Kernel, kernel
+from bouncing_disk_ros.core.compilation import Kernel, kernel, stored
 from bouncing_disk_ros.core.platform import ROOM, axial_jet
 from bouncing_disk_ros.core.restitution import rebound as scalar_rebound
 from bouncing_disk_ros.core.restitution import rebounded
@@ -119,10 +119,7 @@ def lane_entry(*signature: object) -> Callable[[Kernel], Kernel]:
     """`entry` for a function whose arrays are not counted."""
 
     def compile_entry(function: Kernel) -> Kernel:
-        compiled: Kernel = njit(
-            *signature, error_model="numpy", nogil=True, cache=True, _nrt=False
-        )(function)
-        return compiled
+        return stored(function, *signature, _nrt=False)
 
     return compile_entry
 
