@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from collections import OrderedDict, defaultdict, deque
+from collections import OrderedDict, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 
@@ -49,8 +49,8 @@ def in_order_of_sending(messages: Iterable[Message]) -> Iterator[Message]:
 LATCHED = ("disk/inputs", "platform/motion", "platform/offset", "disk/phase")
 """Topics whose next number is no sign: the newest message of another run may have it."""
 _REMEMBERED = 1000
-_PUBLISHERS = 100
-"""Publishers of a topic whose next numbers are kept."""
+_PUBLISHERS = 10_000
+"""Next numbers of publishers of a topic that are kept. With more of them nothing is counted."""
 REPEAT = -1
 """Stands for the run of a message that is there a second time."""
 
@@ -123,7 +123,7 @@ class Losses:
         self.mixed: set[str] = set()
         self._topics: dict[str, Gaps] = {}
         # by topic: the next numbers of publishers, where a lower number came instead
-        self._left: defaultdict[str, deque[int | None]] = defaultdict(_newest)
+        self._left: defaultdict[str, set[int | None]] = defaultdict(set)
         self._why_not = dict[str, str]()
 
     def note(self, message: Message) -> None:
@@ -136,10 +136,11 @@ class Losses:
         gaps, left = self._topics.setdefault(name, Gaps()), self._left[name]
         before = gaps.next
         missing = gaps.take(number)
-        if missing and number in left:  # goes on where another publisher's number was lower
+        # a number goes on where another publisher's was lower
+        if missing and (number in left or len(left) == _PUBLISHERS):
             self.mixed.add(name)
         elif missing < 0:
-            left.append(before)
+            left.add(before)
 
     def of(self, topic: str) -> str:
         """How many messages were lost, in words."""
@@ -147,7 +148,3 @@ class Losses:
         if why_not := self._why_not.get(topic) or several:
             return f"not countable: {why_not}"
         return str(self._topics[topic].lost if topic in self._topics else 0)
-
-
-def _newest() -> deque[int | None]:
-    return deque(maxlen=_PUBLISHERS)
