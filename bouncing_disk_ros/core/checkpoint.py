@@ -24,6 +24,7 @@ from bouncing_disk_ros.core.offset import (
     CUBIC,
     LINE,
     QUINTIC,
+    Knot,
     Lane,
     Offset,
     OffsetState,
@@ -96,6 +97,12 @@ def _numbers(
 def motion(name: str, values: object) -> Motion:
     """A platform motion from its four numbers."""
     return Motion(*_numbers(name, values, Motion._fields, _MOTION))
+
+
+def point(name: str, values: object) -> tuple[int, Motion]:
+    """A point of a programme, from [ns, motion]."""
+    at, target = row(name, values, ("instant", "motion"))
+    return whole(f"{name} instant", plain_number(at)), motion(f"{name} motion", target)
 
 
 def disk(name: str, values: object) -> Disk:
@@ -238,6 +245,19 @@ def offset(values: object) -> tuple[Offset, tuple[Segment, Segment], int]:
             raise InputError("offset", values, "trajectories")
         in_order("offset", [plan.begin_ns for plan in lane.plans])
     return lanes, (axial, angular), whole("offset index", found["index"], 0)
+
+
+def knots(name: str, values: object) -> list[Knot] | None:
+    """Knots of a trajectory, or None."""
+    return None if values is None else made(name, values, _knot)
+
+
+def _knot(name: str, values: object) -> Knot:
+    given, state, degree = row(name, values, Knot._fields)
+    at = whole(f"{name} instant", plain_number(given))
+    if whole(f"{name} degree", degree) not in (LINE, CUBIC, QUINTIC):
+        raise InputError(f"{name} degree", degree, "1, 3 or 5")
+    return Knot(at, OffsetState(*_numbers(name, state, _STATE, _OFFSET)), degree)
 
 
 def _plan(name: str, values: object) -> Plan:

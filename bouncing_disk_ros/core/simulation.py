@@ -172,6 +172,9 @@ class Simulation:
         first: then time_ns lags behind and the call is to be repeated. Raises SimulationError for
         a run that cannot go on, each time.
         """
+        if type(until_ns) is not int or type(max_events) is not int:  # a call of `whole` is slow
+            until_ns = whole("until_ns", plain(until_ns))
+            max_events = whole("max_events", plain(max_events))
         parts, self._unreported_rows = self._unreported_rows, []
         behind = False
         while True:
@@ -245,7 +248,8 @@ class Simulation:
         It replaces every cross-fade that has not begun; one that has begun runs out.
         `crossfade_ns` 0: one period of the slower motion. No points: cancel what is pending.
         """
-        checked = [(at, checkpoint.motion("motion", target)) for at, target in points]
+        checked = checkpoint.made("points", points, checkpoint.point)
+        crossfade_ns = whole("crossfade_ns", plain(crossfade_ns), 0)
         self._resolve_due()
         free = int(self._engine.motion["end_ns"][0]) if self._engine.fading else self._time_ns
         self._pending = plan_fades(checked, self._target, free, crossfade_ns)
@@ -254,11 +258,10 @@ class Simulation:
 
     def apply_impulse(self, at_ns: int, axial_impulse: float, angular_impulse: float) -> None:
         """Queue impulses on the disk (N·s, N·m·s) for at_ns; ValueError if that is past."""
+        at_ns = whole("impulse instant", plain(at_ns))
         if at_ns < self._time_ns:
             raise ValueError(f"impulse at {at_ns} ns: allowed from {self._time_ns} ns (simulated)")
-        impulse = checkpoint.queued_impulse(
-            "impulse", (plain(at_ns), axial_impulse, angular_impulse)
-        )
+        impulse = checkpoint.queued_impulse("impulse", (at_ns, axial_impulse, angular_impulse))
         self._resolve_due()
         add_impulse(self._impulses, impulse)
         self._engine.invalidate_next_event()
@@ -275,6 +278,8 @@ class Simulation:
         What is in force runs on to that instant; everything after it is replaced, for the joints
         given. None: the joint is left alone; no knots: what has not begun is cancelled.
         """
+        begin_ns = whole("begin_ns", plain(begin_ns))
+        axial, angular = checkpoint.knots("axial", axial), checkpoint.knots("angular", angular)
         self._resolve_due()
         now = self._time_ns
         self._offset = self._offset.spliced(max(begin_ns, now), now, axial, angular)
@@ -303,7 +308,7 @@ class Simulation:
 
         `values`: the changed parameters by name. `disk`: with all its values.
         """
-        if not values.keys().isdisjoint(Disk._fields):
+        if not mapping("values", values).keys().isdisjoint(Disk._fields):
             self.set_disk(disk)
         if "chatter_report_speed" in values:
             self.set_chatter_report_speed(values["chatter_report_speed"])

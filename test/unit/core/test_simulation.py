@@ -21,7 +21,7 @@ from bouncing_disk_ros.core.model import (
     SimulationError,
     join_rows,
 )
-from bouncing_disk_ros.core.offset import Knot, OffsetState, hold
+from bouncing_disk_ros.core.offset import LINE, Knot, OffsetState, hold
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
 
@@ -382,6 +382,58 @@ def test_numbers_that_no_run_has_are_refused_in_one_line(
     assert simulation.snapshot() == before
 
 
+KNOT = Knot(SECOND, OffsetState(0.01), LINE)
+
+
+@pytest.mark.parametrize(
+    ("call", "refused"),
+    [
+        (lambda sim, wrong: sim.advance(wrong), "until_ns"),
+        (lambda sim, wrong: sim.advance(SECOND, wrong), "max_events"),
+        (lambda sim, wrong: sim.apply_impulse(wrong, 0.1, 0.0), "impulse instant"),
+        (lambda sim, wrong: sim.command([(wrong, MOTION)]), "points[0] instant"),
+        (lambda sim, wrong: sim.command([(SECOND, MOTION)], wrong), "crossfade_ns"),
+        (lambda sim, wrong: sim.trajectory(wrong, [KNOT]), "begin_ns"),
+        (lambda sim, wrong: sim.trajectory(0, [KNOT._replace(at_ns=wrong)]), "axial[0] instant"),
+        (lambda sim, wrong: sim.trajectory(0, [KNOT._replace(degree=wrong)]), "axial[0] degree"),
+        (lambda sim, wrong: sim.resolve_due(wrong, cut_chatter=False), "max_events"),
+    ],
+)
+@pytest.mark.parametrize("wrong", ["a", b"1", math.nan, math.inf, 1.5, True, 1j, [1], np.ones(2)])
+def test_instants_and_counts_are_whole_numbers(
+    call: Callable[[Simulation, Any], object], refused: str, wrong: Any
+) -> None:
+    """Texts were tracebacks from within; 1.5 ns and nan ran on without a word."""
+    simulation = Simulation(MOTION, DISK, InitialState(height=0.1))
+    before = simulation.snapshot()
+    with pytest.raises(InputError) as made:
+        call(simulation, wrong)
+    assert made.value.line.startswith(f"{refused}: got ")
+    assert simulation.snapshot() == before
+
+
+@pytest.mark.parametrize(
+    ("call", "refused"),
+    [
+        (lambda sim: sim.command("ab"), "points: got 'ab', allowed: a list"),
+        (lambda sim: sim.command([SECOND, MOTION]), f"points[0]: got {SECOND}, allowed: [ins"),
+        (lambda sim: sim.command([(SECOND, MOTION)], -1), "crossfade_ns: got -1"),
+        (lambda sim: sim.trajectory(0, None, [1]), "angular[0]: got 1, allowed: [at_ns, state"),
+        (lambda sim: sim.trajectory(0, [KNOT._replace(state=OffsetState(math.nan))]), "axial[0] posit"),
+        (lambda sim: sim.set_parameters(None, DISK), "values: got None"),
+    ],
+)
+def test_other_things_than_inputs_are_refused_in_one_line(
+    call: Callable[[Simulation], object], refused: str
+) -> None:
+    simulation = Simulation(MOTION, DISK, InitialState(height=0.1))
+    before = simulation.snapshot()
+    with pytest.raises(InputError) as made:
+        call(simulation)
+    assert made.value.line.startswith(refused)
+    assert simulation.snapshot() == before
+
+
 def test_numbers_of_numpy_are_numbers() -> None:
     amplitude: Any = np.float64(MOTION.axial_amplitude)
     whole: Any = np.int64(10**8)
@@ -393,4 +445,5 @@ def test_numbers_of_numpy_are_numbers() -> None:
     plain.apply_impulse(10**8, 0.5, 0.0)
     given.apply_impulse(whole, half, 0.0)
     assert given.snapshot() == plain.snapshot()
-    assert given.advance(SECOND)[0].tobytes() == plain.advance(SECOND)[0].tobytes()
+    later: Any = np.int64(SECOND)
+    assert given.advance(later)[0].tobytes() == plain.advance(SECOND)[0].tobytes()
