@@ -195,7 +195,7 @@ def spread_starts(count: int, velocity_begin: float) -> list[MapState]:
 
     >>> spread_starts(24, velocity_begin=-5.0)
     """
-    count = whole("starts", plain(count), 1)
+    count = whole("starts", plain(count), 1, 1_000_000)
     velocity_begin = number("velocity_begin", plain(velocity_begin))
     if not velocity_begin < 0.0:
         raise InputError("velocity_begin", velocity_begin, "less than 0", "The window is empty.")

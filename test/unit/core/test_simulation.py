@@ -419,7 +419,10 @@ def test_instants_and_counts_are_whole_numbers(
         (lambda sim: sim.command([SECOND, MOTION]), f"points[0]: got {SECOND}, allowed: [ins"),
         (lambda sim: sim.command([(SECOND, MOTION)], -1), "crossfade_ns: got -1"),
         (lambda sim: sim.trajectory(0, None, [1]), "angular[0]: got 1, allowed: [at_ns, state"),
-        (lambda sim: sim.trajectory(0, [KNOT._replace(state=OffsetState(math.nan))]), "axial[0] posit"),
+        (
+            lambda sim: sim.trajectory(0, [KNOT._replace(state=OffsetState(math.nan))]),
+            "axial[0] posit",
+        ),
         (lambda sim: sim.set_parameters(None, DISK), "values: got None"),
     ],
 )

@@ -118,4 +118,10 @@ def test_starts_lie_apart_within_their_window(count: int) -> None:
 def test_more_starts_begin_with_the_same_and_empty_windows_are_refused() -> None:
     assert spread_starts(50, -3.0)[:20] == spread_starts(20, -3.0)
     refused("starts: got 0", spread_starts, 0, -1.0)
+    refused(
+        "starts: got 1000001, allowed: a whole number from 1 to 1000000",
+        spread_starts,
+        1_000_001,
+        -1.0,
+    )
     refused(r"velocity_begin: got 0\.0.*The window is empty", spread_starts, 3, 0.0)
