@@ -54,21 +54,27 @@ class WorkbenchNode(Node):
 
 
 class SimulatorKeeper:
-    """Starts a simulator where none is heard of, and again where it ended; ends it at the end."""
+    """Starts a simulator where none is heard of, and again where it ended; ends it at the end.
+
+    One that somebody else has started is left to them, also where it falls silent: two simulators
+    on the same topics would be one run to all that hear them.
+    """
 
     def __init__(self, link: RosLink, namespace: str, preset: str) -> None:
         self._link = link
         self._arguments = ["--ros-args", "-r", f"__ns:={namespace}", "-p", f"preset:={preset}"]
         self._child: Child | None = None
         self._since = time.monotonic()
-        self._given_up = False
+        self._has_started = self._given_up = False
 
     def tick(self) -> None:
         """Look after it; called a few times a second by the main thread."""
         if self._child is not None:
             self._look_after(self._child)
+        elif self._link.is_alive and not self._has_started:
+            self._given_up = True
         elif self._is_missing:
-            self._since = time.monotonic()
+            self._since, self._has_started = time.monotonic(), True
             self._child = Child("simulator", *self._arguments)
 
     @property
