@@ -118,7 +118,7 @@ def _apply(simulation: Simulation, record: Record) -> None:
             points = [(int(at), Motion(*values)) for at, values in record["points"]]
             simulation.command(points, record["crossfade_ns"])
         case "trajectory":
-            simulation.trajectory(*splice_of(record["begin_ns"], record["joints"]))
+            simulation.splice(*splice_of(record["begin_ns"], record["joints"]))
         case "impulse":
             simulation.apply_impulse(
                 record["at_ns"], record["axial_impulse"], record["angular_impulse"]

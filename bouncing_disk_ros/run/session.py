@@ -236,7 +236,7 @@ class Session:
         def act() -> None:
             now = self.time_ns
             begin = max(splice.begin_ns, now)
-            self.simulation.trajectory(begin, splice.axial, splice.angular)
+            self.simulation.splice(begin, splice.axial, splice.angular)
             self._note("trajectory", now, begin_ns=begin, joints=as_record(splice))
 
         self._submit(act, offset=offset)
