@@ -16,6 +16,7 @@ from std_msgs.msg import Float64MultiArray, String
 
 from bouncing_disk_ros import bag
 from support.processes import PATIENCE, Process, Starter, recorder
+from support.ros_peer import Peer
 from support.talker import RELIABLE, Talker
 
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -59,6 +60,39 @@ def test_what_a_stalled_recorder_misses_is_counted(
     assert len(sequences) == int(match[1])
     assert int(match[2]) > 0
     assert int(match[1]) + int(match[2]) == sequences[-1] <= sent
+
+
+def test_the_last_inputs_of_a_simulator_reach_a_recorder_that_stalls(
+    start: Starter, ros_domain: int, tmp_path: Path
+) -> None:
+    """The middleware has no room for them at first: they are sent again, if they still can be."""
+    simulator = start("simulator", "--ros-args", "-p", "state_rate:=1000.0")
+    simulator.wait_for("running at")
+    process = recorder(start, tmp_path / "run")
+    peer = Peer()
+    peer.settle()
+    peer.latest("joint_states")
+    process.wait_for("subscribed to /disk/inputs")
+    process.send(signal.SIGSTOP)
+    heard = len(peer.heard["joint_states"])
+    peer.spin_until(lambda: len(peer.heard["joint_states"]) > heard + 2000)
+    sent = [0.0001 * k for k in range(1, 41)]
+    for amplitude in sent:
+        peer.command((0.0, {"axial_amplitude": amplitude}))
+    peer.spin_until(lambda: sum(record["kind"] == "motion" for record in peer.records) == len(sent))
+    simulator.send(signal.SIGINT)
+    end = time.monotonic() + 1.0  # in which one that does not wait ends
+    while simulator.running and time.monotonic() < end:
+        time.sleep(0.01)
+    process.send(signal.SIGCONT)
+    assert simulator.wait() == 0
+    assert process.end() == 0
+    peer.close()
+    with bag.open(tmp_path / "run") as run:
+        decode = run.decoder("/disk/inputs")
+        records = [json.loads(decode(row.data).data) for row in run.messages({"/disk/inputs"})]
+    motions = [record["points"][0][1][0] for record in records if record["kind"] == "motion"]
+    assert motions == sent
 
 
 def test_what_the_queue_cannot_hold_is_told(start: Starter, talker: Talker, tmp_path: Path) -> None:

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 from numpy.typing import NDArray
+from rclpy.duration import Duration
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rosgraph_msgs.msg import Clock
@@ -24,6 +27,9 @@ from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import TimeMap
 from bouncing_disk_ros.topics import MAX_ROWS
 from bouncing_disk_ros.units import NS
+
+LAST_SECONDS = 4.0
+"""Longest wait for subscribers at the end. Fast DDS looks every 3 s for what did not arrive."""
 
 
 def second_clock() -> InputError:
@@ -101,8 +107,20 @@ class Outputs:
         """With a new line the motion is published again: its stamp and simulated_time lie on it."""
         self._times, self._shown_motion = times, -1
 
+    def deliver(self) -> None:
+        """Wait until all subscribers have the inputs and the impacts, or LAST_SECONDS have passed.
+
+        What the middleware would send again is lost once its publisher is gone, and nobody could
+        tell: without the last inputs a replay differs.
+        """
+        end = time.monotonic() + LAST_SECONDS
+        with suppress(rclpy_implementation.RCLError):  # a middleware that cannot wait
+            for publisher in (self._inputs, self._impacts):
+                publisher.wait_for_all_acked(Duration(seconds=max(end - time.monotonic(), 0.0)))
+
     def destroy(self) -> None:
         """Take the topics away (with what was latched on them)."""
+        self.deliver()
         for publisher in self._publishers:
             self._node.destroy_publisher(publisher)
         self._publishers = []

@@ -208,6 +208,12 @@ class SimulatorNode(LifecycleNode):
             if one is not None:
                 one.destroy()
 
+    def destroy_node(self) -> None:
+        """As rclpy's, once subscribers have what was published."""
+        if self.outputs is not None:
+            self.outputs.deliver()
+        super().destroy_node()
+
     def _refuse_second_clock(self) -> None:
         """With publish_clock: refuse to start where /clock is seen to have a publisher already."""
         if self._values["publish_clock"] and self.count_publishers("/clock"):
