@@ -181,8 +181,8 @@ class Basins(Study):
         labels: LabelMap = result["label"]
         if result["label"].size <= PIXELS:
             labels = next(row_blocks(labels, 0, labels.shape[0]))
-        # This thread only waits: at work before those that give way it would keep them from running
-        # while they hold the interpreter's lock.
+        # This thread does not give way, so it only waits: at work, it could take the processor from
+        # one that holds the interpreter's lock.
         with ThreadPoolExecutor(os.cpu_count(), initializer=give_way) as threads:
             measures = self._measures(labels, threads)
             share = threads.submit(shares, labels, len(found), periodic=self.whole_period)
