@@ -200,7 +200,8 @@ class QuickCache(FunctionCache):
             try:
                 return self._load_overload(signature, context)
             except Exception:  # noqa: BLE001 (pickle and LLVM raise anything on damaged bytes)
-                Path(self._cache_file._index_path).unlink()  # the compiled entry gets another one
+                index = Path(self._cache_file._index_path)
+                index.unlink(missing_ok=True)  # the compiled entry gets another one
                 return None
 
     def save_overload(self, signature: object, data: Any) -> None:
