@@ -96,6 +96,8 @@ def _law(name: str, text: str, constant: Profiles, own: tuple[int, ...]) -> Law:
     if own:
         model = replace(constant.model, free=(RESTITUTION, *own))
         profiles = Profiles(constant.data, model, constant.estimate)
+        if profiles.is_singular:
+            raise np.linalg.LinAlgError(f"law {name}: a singular matrix")
     ranges = {RESTITUTION: (0.0, math.inf), **dict.fromkeys(own, (-math.inf, math.inf))}
     eps, *others = profiles.intervals(ranges)
     parameters = {"restitution": eps}

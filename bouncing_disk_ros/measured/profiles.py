@@ -66,6 +66,8 @@ _ALONE = 3.0
 Six impacts at rest with 10 µs and 0.3 % scatter: 93.2 % of 235 experiments, and with 1 as well.
 """
 _FAILED = 1e299
+_ROUNDING = 1e-13
+"""Of an information, in parts of its largest eigenvalue."""
 _RIDGE_STEPS, _NEAR_STEPS, _LOST = 64, 17, 40.0
 """Points along a ridge, those near its top, and the fall of 2 log L where it ends: a part 1e-9."""
 _REFUTED = normal_quantile(0.5 + 0.5 * LEVEL) ** 2
@@ -296,12 +298,22 @@ class Profiles:
 
     def covariance(self, node: Node, free: Sequence[int] | None = None) -> Array:
         """Of the free parameters; directions that are not told are bounded by their range."""
-        return np.asarray(np.linalg.inv(self._precision(node, free)), float)
-
-    def _precision(self, node: Node, free: Sequence[int] | None = None) -> Array:
-        """Inverse of the covariance."""
         ranges = self._ranges(node, self.model.free if free is None else free)
-        return np.asarray(node.information / self.scale(node) ** 2 + np.diag(1.0 / ranges**2))
+        sizes, axes = self._directions(node, ranges)
+        axes *= ranges[:, None]
+        return np.asarray(axes / (1.0 + sizes / self.scale(node) ** 2) @ axes.T)
+
+    @property
+    def is_singular(self) -> bool:
+        """Whether the data do not tell some direction of the free parameters."""
+        sizes, _ = self._directions(self.best, self._ranges(self.best, self.model.free))
+        return bool((sizes == 0.0).any())
+
+    @staticmethod
+    def _directions(node: Node, ranges: Array) -> tuple[Array, Array]:
+        """Eigenvalues of the information in units of the ranges, 0 below rounding, and axes."""
+        sizes, axes = np.linalg.eigh(node.information * np.outer(ranges, ranges))
+        return np.where(sizes < _ROUNDING * sizes.max(initial=0.0), 0.0, sizes), axes
 
     def _ranges(self, node: Node, free: Sequence[int]) -> Array:
         speed = self._speed
@@ -477,9 +489,15 @@ class Profiles:
     def estimate(self) -> Array:
         """Parameters, averaged over the ratios: each counts by its weight and its precision."""
         free, found = list(self.model.free), self.best.p.copy()
-        precisions = [node.weight * self._precision(node) for node in self.nodes]
-        pulls = sum(h @ node.p[free] for h, node in zip(precisions, self.nodes, strict=True))
-        found[free] = np.linalg.solve(np.sum(precisions, axis=0), pulls)
+        ranges = self._ranges(self.best, free)
+        total, pull = np.zeros((len(free), len(free))), np.zeros(len(free))
+        for node in self.nodes:
+            precision = node.information / self.scale(node) ** 2
+            precision += np.diag(1.0 / self._ranges(node, free) ** 2)
+            precision *= node.weight * np.outer(ranges, ranges)
+            total += precision
+            pull += precision @ ((node.p - found)[free] / ranges)
+        found[free] += ranges * (np.linalg.pinv(total, _ROUNDING, hermitian=True) @ pull)
         return found
 
     def deviation(self, index: int) -> float:
