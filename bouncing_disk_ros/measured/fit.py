@@ -35,7 +35,7 @@ from bouncing_disk_ros.measured.predict import (
     predicted,
     rest_parameters,
 )
-from bouncing_disk_ros.measured.profiles import Array, Data, Interval, Model, Profiles
+from bouncing_disk_ros.measured.profiles import LEVEL, Array, Data, Interval, Model, Profiles
 from bouncing_disk_ros.measured.reading import Recording, checked_errors, recording_of
 from bouncing_disk_ros.measured.result import REFUTED, ImpactFit, turned
 from bouncing_disk_ros.measured.sequence import Chain, Change, at_rest, chain_of
@@ -306,37 +306,47 @@ class _Known:
         return _Sequence(chain, data, profiles, draws_of(profiles))
 
     def _corrected(self, found: _Sequence, recording: Recording, errors: Array | None) -> _Sequence:
-        """The fit without those missed impacts, contacts and rejected hits that make it unlikelier.
+        """The fit without those parts of the chain that make it unlikelier.
 
-        Near a graze the search for chains takes a hit for a false one, or misses an impact. Several
-        are undone one after another, until none is left that makes the fit likelier.
+        Near a graze the search for chains takes a hit for a false one, or misses an impact. It
+        takes a false hit for a missed impact nearby. Missed impacts, contacts, rejected hits and
+        hits with large residuals are undone one after another, until none is left that makes the
+        fit likelier.
         """
         times, profiles = recording.times, found.profiles
         model = replace(profiles.model, scatter=profiles.best.rho)
 
-        def evidence(chain: Chain) -> float:
+        def fitted(chain: Chain) -> tuple[float, list[Change]]:
+            """The evidence of a chain, and which of its hits may be false."""
             data = self._data(recording, errors, chain)
             with contextlib.suppress(np.linalg.LinAlgError):
-                fitted = Profiles(data, model, profiles.estimate)
-                return self._evidence(_Sequence(chain, data, fitted, found.draws), recording)
-            return -math.inf
+                own = Profiles(data, model, profiles.estimate)
+                evidence = self._evidence(_Sequence(chain, data, own, found.draws), recording)
+                return evidence, chain.suspected(own)
+            return -math.inf, []
 
-        chain, top, is_changed = found.chain, evidence(found.chain), True
+        chain, is_changed = found.chain, True
+        top, suspected = fitted(chain)
         changes = chain.changes(self._heard(times))
         while is_changed:
             is_changed, near = False, list[Change]()
             for change in changes:
                 other = chain.changed(change, times)
-                if (own := evidence(other)) > top:
-                    chain, top, is_changed = other, own, True
+                own, others = fitted(other)
+                if own > top:
+                    chain, top, suspected, is_changed = other, own, others, True
                 elif own > top - _EXCLUDED:
                     near.append(change)
             changes = near
+            without = [chain.changed(change, times) for change in suspected]
+            for other, (own, others) in zip(without, map(fitted, without), strict=True):
+                if own > top:
+                    chain, top, suspected, is_changed = other, own, others, True
         if chain is found.chain:
             return found
         data = self._data(recording, errors, chain)
-        fitted = self._profiles(recording.name, data)
-        return _Sequence(chain, data, fitted, draws_of(fitted))
+        fit = self._profiles(recording.name, data)
+        return _Sequence(chain, data, fit, draws_of(fit))
 
     def _with_contacts(
         self, found: _Sequence, recording: Recording, errors: Array | None
@@ -378,7 +388,8 @@ class _Known:
         """The fit of the hits that a chain leaves out; None where they are no flights.
 
         On a vibrating platform some of them are heard during the flights of the chain: one disk
-        cannot have both. Other ones can be those of chatter, or after a contact.
+        cannot have both. Other ones can be those of chatter, or after a contact. Few false hits
+        have chains too, but with flights below the platform.
         """
         times = recording.times
         left = np.setdiff1d(self._heard(times), chain.kept)
@@ -394,6 +405,7 @@ class _Known:
         try:
             found = alone._flights(part, errors)
             is_other = is_during[found.chain.kept].any()
+            is_other &= part_possible(found.profiles, found.draws) >= LEVEL
             is_other &= alone._physical(found, part) >= -math.log(REFUTED)
             return alone._results(part, errors, found) if is_other else None
         except (InputError, FailedError):

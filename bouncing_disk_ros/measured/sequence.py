@@ -18,14 +18,17 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.measured.kernels.chains import likeliest_chain
+from bouncing_disk_ros.measured.kernels.chains import ODD, likeliest_chain
 from bouncing_disk_ros.measured.kernels.rest_laws import PARAMETERS, RESTITUTION, SLOPE
+from bouncing_disk_ros.measured.profiles import Profiles
 
 Array = NDArray[np.float64]
 _ERRORS = np.array([1e-5, 1e-4, 1e-3])
 """Of landings, s."""
 _FIRST = 100
 """Hits that find the restitution on a platform at rest."""
+_SUSPECTED = 4
+"""Hits with the largest residuals, of which one may be false."""
 _CHANGES = np.linspace(-0.1, 0.2, 7)
 """Of the restitution, from the fastest impact to the slowest ones."""
 
@@ -33,7 +36,7 @@ _CHANGES = np.linspace(-0.1, 0.2, 7)
 class Change(NamedTuple):
     """Of a chain: `which` is the time of a missed impact, or a hit (of a contact: before it)."""
 
-    kind: Literal["missed", "contact", "hit"]
+    kind: Literal["missed", "contact", "hit", "false"]
     which: float
 
 
@@ -74,13 +77,40 @@ class Chain:
             *(Change("hit", int(hit)) for hit in np.setdiff1d(heard, self.kept)),
         ]
 
+    def suspected(self, profiles: Profiles) -> list[Change]:
+        """Hits that may be false: those with the largest residuals in the fit of the chain.
+
+        None, where the fit without the largest residual is not likelier by two odd hits. Near a
+        graze a false hit bends the fit, and its neighbours have larger residuals.
+        """
+        data, node = profiles.data, profiles.best
+        sizes = ((data.times - node.times) / data.errors)[~data.missed] ** 2
+        sizes[self.contacts] = sizes[self.contacts + 1] = 0.0  # a contact needs them
+        worst = np.argsort(sizes)[: -_SUSPECTED - 1 : -1]
+        without = replace(node, squares=node.squares - sizes[worst[0]])
+        if profiles.cost(node) - profiles.cost(without) < 2.0 * 2.0 * ODD:
+            return []
+        return [Change("false", int(hit)) for hit in self.kept[worst]]
+
     def changed(self, change: Change, times: Array) -> Chain:
-        """The chain without a missed impact or a contact, or with a hit."""
+        """The chain without a missed impact, a contact or a false hit, or with a hit."""
         if change.kind == "missed":
             return replace(self, missed=self.missed[self.missed != change.which])
         if change.kind == "contact":
             return replace(self, contacts=self.contacts[self.kept[self.contacts] != change.which])
+        if change.kind == "false":
+            return self.without_hit(int(change.which), times)
         return self.with_hit(int(change.which), times)
+
+    def without_hit(self, hit: int, times: Array) -> Chain:
+        """The chain with a missed impact near this hit in place of it; at its ends with none."""
+        place = int(np.searchsorted(self.kept, hit))
+        is_inner = 0 < place < len(self.kept) - 1
+        return replace(
+            self, kept=np.delete(self.kept, place),
+            missed=np.sort(np.append(self.missed, times[[hit] * is_inner])),
+            contacts=self.contacts - (self.contacts > place),
+        )  # fmt: skip
 
     def with_hit(self, hit: int, times: Array) -> Chain:
         """The chain with this hit added, in place of the nearest missed impact of the same flight.

@@ -453,6 +453,22 @@ def test_missed_and_false_impacts_are_found_by_the_law_of_flights() -> None:
         assert fit.times[at] == pytest.approx(times[at], abs=0.01 * 0.45)
 
 
+@pytest.mark.parametrize(("place", "later"), [(25, 1.5e-3), (41, 8e-4)])
+def test_a_false_hit_near_a_missed_impact_is_rejected(place: int, later: float) -> None:
+    """It was taken for the impact: the intervals were ten times as long, and no preset was written.
+
+    At the first place the disk nearly grazes, and three other hits have larger residuals.
+    """
+    times = on_plate(60, 0.55, 0.5)[0]
+    times[place] += later
+    fit = fit_impacts(times, frequency=20.0, scatter=0.0)
+    assert list(fit.rejected) == [times[place]]
+    assert np.flatnonzero(fit.missed).tolist() == [place]
+    assert fit.times[place] == pytest.approx(times[place] - later, abs=1e-4)
+    assert fit["restitution"].low < 0.5 < fit["restitution"].high
+    assert fit.preset["restitution"] == fit["restitution"].value
+
+
 def test_the_likeliest_chain_is_that_of_its_candidate_alone() -> None:
     """Candidates that are left before their end could not have become the likeliest."""
     rng = np.random.default_rng(5)
@@ -597,6 +613,17 @@ def test_two_balls_or_drops_are_two_sequences(later: float) -> None:
     assert fit.doubt.startswith("two sequences")
     with pytest.raises(InputError, match="two sequences"):
         _ = fit.preset
+
+
+@pytest.mark.parametrize("seed", [8, 9, 21])
+def test_few_false_hits_are_no_second_disk(seed: int) -> None:
+    """Some were said to have ε = 0.61 (0 to 1), or were a traceback, and no preset was written."""
+    times = on_plate(60, 0.55, 0.5)[0]
+    false = np.random.default_rng(seed).uniform(times[0], times[-1], 6)
+    fit = fit_impacts(np.sort(np.concatenate([times, false])), frequency=20.0, scatter=0.0)
+    assert list(fit.rejected) == sorted(false)
+    assert fit.second is None
+    assert fit.doubt == ""
 
 
 @pytest.mark.parametrize(
@@ -1000,6 +1027,23 @@ def test_what_three_impacts_do_not_tell_is_said() -> None:
     deviation = 1e-4 * math.sqrt(1.0 + 1.75**2 + 0.75**2) / 0.45  # of T₁/T₀, to first order
     assert given["restitution"].high - 0.75 == pytest.approx(1.96 * deviation, rel=0.01)
     assert given.untold == ()
+
+
+@pytest.mark.parametrize(
+    "times",
+    [
+        [0.08, 0.3, 0.45],
+        [4.503731, 5.232124, 10.254908],
+        [0.05, 0.11, 0.31, 0.4],
+        [0.3, 0.41, 0.9, 1.5],
+        [0.044, 0.0536, 0.235, 0.2785, 0.434],
+    ],
+)
+def test_what_few_hits_on_a_vibrating_platform_do_not_tell_is_said(times: list[float]) -> None:
+    """A singular matrix was a traceback, also where the hits that a fit leaves out were so few."""
+    for scatter in (0.0, -1.0):
+        fit = fit_impacts(times, frequency=20.0, scatter=scatter)
+        assert set(fit.untold) == set(fit.parameters)
 
 
 @pytest.mark.parametrize(
