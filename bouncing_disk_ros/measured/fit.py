@@ -316,11 +316,15 @@ class _Known:
         times, profiles = recording.times, found.profiles
         model = replace(profiles.model, scatter=profiles.best.rho)
 
-        def fitted(chain: Chain) -> tuple[float, list[Change]]:
-            """The evidence of a chain, and which of its hits may be false."""
+        def fitted(chain: Chain, is_near: bool = False) -> tuple[float, list[Change]]:
+            """The evidence of a chain, and which of its hits may be false.
+
+            `is_near`: whether its true times are near those that were found.
+            """
             data = self._data(recording, errors, chain)
             with contextlib.suppress(np.linalg.LinAlgError):
-                own = Profiles(data, model, profiles.estimate)
+                near = profiles.true_times(data.times) if is_near else None
+                own = Profiles(data, model, profiles.estimate, near)
                 evidence = self._evidence(_Sequence(chain, data, own, found.draws), recording)
                 return evidence, chain.suspected(own)
             return -math.inf, []
@@ -332,7 +336,7 @@ class _Known:
             is_changed, near = False, list[Change]()
             for change in changes:
                 other = chain.changed(change, times)
-                own, others = fitted(other)
+                own, others = fitted(other, is_near=True)
                 if own > top:
                     chain, top, suspected, is_changed = other, own, others, True
                 elif own > top - _EXCLUDED:

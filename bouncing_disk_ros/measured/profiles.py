@@ -202,13 +202,14 @@ def _crossing(
 class Profiles:
     """Fits of one model to data at all ratios ρ that matter, and profiles through them."""
 
-    def __init__(self, data: Data, model: Model, start: Array) -> None:
+    def __init__(self, data: Data, model: Model, start: Array, times: Array | None = None) -> None:
+        """`times`: near the true ones; the search for a given scatter begins there."""
         self.data, self.model = data, model
         self.count = data.count + (model.phase is not None)
         self.degrees = self.count - len(model.free)
         self._weights: dict[float, float] = {}
         self._distributions: dict[int, Callable[[float], float]] = {}
-        self.nodes = self._nodes(start)
+        self.nodes = self._nodes(start, times)
 
     # --- one fit ---------------------------------------------------------------------------------
     def fit(self, rho: float, start: Array, times: Array, free: Sequence[int]) -> Node:
@@ -278,6 +279,11 @@ class Profiles:
         p[free] -= 0.5 * self.covariance(node, free) @ slopes[free]
         return p
 
+    def true_times(self, times: Array) -> Array:
+        """Those of the likeliest fit for these measured or missed times, others as they are."""
+        place = np.minimum(np.searchsorted(self.data.times, times), len(self.data.times) - 1)
+        return np.where(self.data.times[place] == times, self.best.times[place], times)
+
     def cost(self, node: Node) -> float:
         """-2 log of the likelihood, the scale profiled where it is not known."""
         if node.squares >= _FAILED:
@@ -327,8 +333,10 @@ class Profiles:
         return 0.5 * self.model.gravity * float(np.median(np.diff(self.data.times)))
 
     # --- ratios ----------------------------------------------------------------------------------
-    def _nodes(self, start: Array) -> list[Node]:
+    def _nodes(self, start: Array, times: Array | None) -> list[Node]:
         free = self.model.free
+        if self.model.scatter is not None and times is not None:
+            return [self.fit(self.model.scatter, start, times, free)]
         spread = self._spread(start)
         if self.model.scatter is not None:
             return [self._approached(self.model.scatter, spread, start)]
