@@ -4,6 +4,7 @@ An onset is seen where a hit leaves the noise, and a weak hit leaves it late. So
 the energy is compared with that of all hits together: the same shape, as loud as the hit, over the
 noise before it. The likeliest shift is the time, and the width of the likelihood its error. Before
 the hit the logarithm scatters as that of the energy of noise, in the hit as hits differ there.
+A clipped hit has another shape. What comes before is not clipped, so its onset tells its time.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ _BEFORE, _AFTER, _SHIFT = 1e-3, 2e-3, 1e-3
 """Of the shape, before and after an onset, and how far it is shifted, s."""
 _FINER = 2
 """Shifts in a sample."""
-FEWEST = 3
+_FEWEST = 3
 """Hits whose median is a shape."""
 _ROUNDS = 2
 _NOTHING = 1e-300
@@ -26,13 +27,29 @@ _LEAST = 1e-3
 
 
 def aligned(
-    energy: Array, onsets: Array, noises: Array, rate: float, window: int
-) -> tuple[Array, Array]:
+    energy: Array, onsets: Array, errors: Array, noises: Array, is_clipped: NDArray[np.bool_],
+    rate: float, window: int,
+) -> tuple[Array, Array]:  # fmt: skip
     """Times of hits and their errors, in samples.
 
-    `energy` of all samples; `onsets`, and `noises`: mean energy before each. `window`: samples in
-    which the energy is smoothed.
+    `energy` of all samples; `onsets` with `errors`, and `noises`: mean energy before each. Where
+    fewer than three hits are not clipped, onsets are the times. `window`: samples in which the
+    energy is smoothed.
     """
+    own = ~is_clipped
+    if own.sum() < _FEWEST:
+        return onsets, errors
+    found, spreads = _shifted(energy, onsets[own], noises[own], rate, window)
+    later = (found - onsets[own])[errors[own] <= np.median(errors[own])]
+    times, errors = onsets + np.median(later), np.hypot(errors, np.std(later))
+    times[own], errors[own] = found, spreads
+    return times, errors
+
+
+def _shifted(
+    energy: Array, onsets: Array, noises: Array, rate: float, window: int
+) -> tuple[Array, Array]:
+    """Times of hits by the shape that they have, and their errors, in samples."""
     before, after, shift = (max(round(x * rate), 2) for x in (_BEFORE, _AFTER, _SHIFT))
     smooth = np.convolve(np.pad(energy, (0, window - 1)), np.full(window, 1.0 / window), "valid")
     places = np.arange(-before, after)

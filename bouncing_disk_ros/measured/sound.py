@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.distributions import chi_square_quantile, normal_quantile
 from bouncing_disk_ros.errors import InputError, MissingLibraryError
 from bouncing_disk_ros.folders import user_path
-from bouncing_disk_ros.measured.alignment import FEWEST, aligned
+from bouncing_disk_ros.measured.alignment import aligned
 from bouncing_disk_ros.measured.echoes import without_echoes
 from bouncing_disk_ros.measured.filters import filtered, highest, running_maximum, spectra
 from bouncing_disk_ros.measured.similar_sounds import UNEVEN, alike
@@ -59,6 +59,11 @@ _RISE = 2
 differ little; far from the peak a change of the noise can be taken for the onset."""
 _EARLIER = 0.75
 """Part of the sound before an onset that tells the noise: nothing of the hit is in it."""
+_CUT = 4
+"""Samples at the largest value of a file that is clipped: one crest of a tone has fewer, unless it
+is rounded to a few bits. Chosen, not tried."""
+_HIT = 3e-3
+"""From an onset on, s: where a clipped sample changes the shape of a hit."""
 _ORDER = 32
 """Samples that a prediction of the noise looks back."""
 _CURVE = 4000
@@ -134,6 +139,7 @@ def _samples(path: Path) -> tuple[Array, float, float]:
 
 def _heard(name: str, samples: Array, rate: float, least: float) -> ImpactSound | None:
     """The hits of one channel; None where nothing stands out."""
+    clipped = _clipped(samples)
     samples = samples - samples.mean()
     samples = _whitened(samples, rate, max(least, _DEEPEST * float(np.abs(samples).max())))
     floor = max(least, _DEEPEST * float(np.abs(samples).max()))
@@ -161,12 +167,25 @@ def _heard(name: str, samples: Array, rate: float, least: float) -> ImpactSound 
         for earlier, peak in zip(previous, peaks[is_hit], strict=True)
     ]
     onsets, errors, noises = np.array(hits).reshape(-1, 3).T
-    if len(onsets) >= FEWEST:
-        onsets, errors = aligned(wide**2, onsets, noises + floor**2, rate, energies.window)
+    ends = np.searchsorted(clipped, onsets + _HIT * rate)
+    is_clipped = ends > np.searchsorted(clipped, onsets)
+    onsets, errors = aligned(
+        wide**2, onsets, errors, noises + floor**2, is_clipped, rate, energies.window
+    )
     return ImpactSound(
         name, onsets / rate, errors / rate, 10.0 * np.log10(ratios[is_hit]),
         peaks[~is_hit] / rate, unlike, (low, high), rate, _curve(energies.short, rate),
     )  # fmt: skip
+
+
+def _clipped(samples: Array) -> NDArray[np.intp]:
+    """The samples that are cut at a limit: as many as this have the same extreme value."""
+    is_cut = np.zeros(len(samples), bool)
+    for limit in (samples.min(), samples.max()):
+        at_limit = samples == limit
+        if at_limit.sum() >= _CUT:
+            is_cut |= at_limit
+    return np.flatnonzero(is_cut)
 
 
 def _whitened(samples: Array, rate: float, floor: float) -> Array:
@@ -280,7 +299,9 @@ def _onset(
     the weights of Akaike's criterion. `previous`: peak before it, which is no noise. `part`: of
     the samples are independent.
     """
-    first = max(peak - energies.long - _RISE * energies.near, previous)
+    begin = max(peak - energies.long // 2, previous)  # the energy of a clipped hit peaks late
+    loud = begin + int(np.argmax(energies.short[begin : peak + 1] >= 0.5 * energies.short[peak]))
+    first = max(loud - energies.long - _RISE * energies.near, previous)
     end = peak + len(filtered) - len(energies.short) + 1
     sums = np.cumsum(filtered[first:end] ** 2)
     before = np.arange(1, len(sums))
@@ -288,7 +309,7 @@ def _onset(
     one = sums[:-1] / before + floor
     two = (sums[-1] - sums[:-1]) / (len(sums) - before) + floor
     cost = part * (before * np.log(one) + (len(sums) - before) * np.log(two))
-    cost[: max(peak - first - _RISE * energies.near, 0)] = np.inf
+    cost[: max(loud - first - _RISE * energies.near, 0)] = np.inf
     weights = np.exp(-0.5 * (cost - cost.min()))
     weights /= weights.sum()
     mean = float(weights @ before)

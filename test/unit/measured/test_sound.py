@@ -49,6 +49,9 @@ def deviations(found: Array, true: Array) -> Array:
     ("made", "seeds", "most_missed", "most_false"),
     [
         (random_drop, range(10), 0.01, 0.02),
+        # times of clipped hits, whose shape is another one and whose peak comes late, were up to
+        # 0.7 ms late
+        (random_drop, (1169, 1253), 0.0, 0.0),
         # weak hits after quiet, and a change of the noise just before a hit, were mistaken
         (random_plate, (70011, 70036, 70040, 70045), 0.0, 0.0),
         *in_soak(
