@@ -157,6 +157,15 @@ def test_every_format_gives_the_same_hits(
     assert np.ptp(away) < (5e-4 if lossy else 1e-4)
 
 
+def test_a_codec_that_leaves_no_noise_at_high_frequencies_hides_no_hits(tmp_path: Path) -> None:
+    """None was found: above 16 kHz there is no noise, and hits were furthest above it."""
+    sound = drop(rate=44100.0, decay=1e-3)
+    found = heard(tmp_path, sound, "a.mp3")
+    assert found.times == pytest.approx(
+        sound.times + np.median(found.times - sound.times), abs=5e-4
+    )
+
+
 def test_the_clearest_channel_counts_and_a_cut_file_has_its_part(tmp_path: Path) -> None:
     sound = drop()
     noise = 0.01 * np.random.default_rng(1).standard_normal(len(sound.samples))
