@@ -311,7 +311,8 @@ class _Known:
         Near a graze the search for chains takes a hit for a false one, or misses an impact. It
         takes a false hit for a missed impact nearby. Missed impacts, contacts, rejected hits and
         hits with large residuals are undone one after another, until none is left that makes the
-        fit likelier.
+        fit likelier. A rejected hit before the chain may have a missed impact after it: the chain
+        begins with it if the odds are a hundred to one.
         """
         times, profiles = recording.times, found.profiles
         model = replace(profiles.model, scatter=profiles.best.rho)
@@ -331,13 +332,16 @@ class _Known:
 
         chain, is_changed = found.chain, True
         top, suspected = fitted(chain)
-        changes = chain.changes(self._heard(times))
+        heard = self._heard(times)
+        changes = chain.changes(heard)
+        changes += chain.begins(heard, times, profiles.estimate, self.gravity)
         while is_changed:
             is_changed, near = False, list[Change]()
             for change in changes:
                 other = chain.changed(change, times)
-                own, others = fitted(other, is_near=True)
-                if own > top:
+                begins = change.kind == "begin"
+                own, others = fitted(other, is_near=not begins)
+                if own > top - math.log(REFUTED) * begins:
                     chain, top, suspected, is_changed = other, own, others, True
                 elif own > top - _EXCLUDED:
                     near.append(change)
@@ -681,7 +685,7 @@ def _check_scatter(
     least, found = parameters["scatter"].low, profiles.interval(RESTITUTION, -math.inf, math.inf)
     nearest = min(max(0.5, found.low), found.high)
     if least**2 > max(nearest * (1.0 - nearest), 0.0):
-        why = "two drops in one file? does the platform vibrate?"
+        why = "two drops, or other sounds, in one file? does the platform vibrate?"
         if FREQUENCY in profiles.model.free or profiles.estimate[FREQUENCY] > 0.0:
             why = better or "are frequency and phase reference right?"
         text = f"{name}: no model fits: restitutions from 0 to 1 cannot scatter by {least:.2g}"

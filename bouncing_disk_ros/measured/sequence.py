@@ -19,7 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.measured.kernels.chains import ODD, likeliest_chain
-from bouncing_disk_ros.measured.kernels.rest_laws import PARAMETERS, RESTITUTION, SLOPE
+from bouncing_disk_ros.measured.kernels.rest_laws import (
+    AMPLITUDE,
+    FREQUENCY,
+    PARAMETERS,
+    PHASE,
+    RESTITUTION,
+    SLOPE,
+)
 from bouncing_disk_ros.measured.profiles import Profiles
 
 Array = NDArray[np.float64]
@@ -32,11 +39,19 @@ _SUSPECTED = 4
 _CHANGES = np.linspace(-0.1, 0.2, 7)
 """Of the restitution, from the fastest impact to the slowest ones."""
 
+_TRIED, _HALVINGS = 256, 20
+"""Times between two hits at which a missed impact is looked for, and how often they are halved."""
+_PARTS = np.linspace(0.0, 1.0, 66)[1:-1, None]
+"""Of a flight, where its height is looked at."""
+
 
 class Change(NamedTuple):
-    """Of a chain: `which` is the time of a missed impact, or a hit (of a contact: before it)."""
+    """Of a chain: `which` is the time of a missed impact, or a hit (of a contact: before it).
 
-    kind: Literal["missed", "contact", "hit", "false"]
+    A begin is the hit before the chain, with an impact missed after it.
+    """
+
+    kind: Literal["missed", "contact", "hit", "false", "begin"]
     which: float
 
 
@@ -92,8 +107,25 @@ class Chain:
             return []
         return [Change("false", int(hit)) for hit in self.kept[worst]]
 
+    def begins(
+        self, heard: NDArray[np.int64], times: Array, parameters: Array, gravity: float
+    ) -> list[Change]:
+        """The begins by the law, which several times of the missed impact can obey."""
+        before = times[heard[heard < self.kept[0]][-1:]]
+        first = float(times[self.kept[0]])
+        return [
+            Change("begin", float(at))
+            for hit in before
+            for at in impacts_between(float(hit), first, parameters, gravity)
+        ]
+
     def changed(self, change: Change, times: Array) -> Chain:
-        """The chain without a missed impact, a contact or a false hit, or with a hit."""
+        """The chain without what the change names, with a rejected hit, or with another begin."""
+        if change.kind == "begin":
+            hit = int(np.searchsorted(times, change.which)) - 1
+            begun = self if self.kept[0] == hit else self.with_hit(hit, times)
+            later = self.missed[self.missed > times[begun.kept[1]]]
+            return replace(begun, missed=np.append(change.which, later))
         if change.kind == "missed":
             return replace(self, missed=self.missed[self.missed != change.which])
         if change.kind == "contact":
@@ -149,6 +181,43 @@ class Chain:
         return replace(
             self, contacts=np.union1d(self.contacts, places), missed=self.missed[is_missed]
         )
+
+
+def impacts_between(before: float, after: float, parameters: Array, gravity: float) -> Array:
+    """Times of an impact to which the disk flies from one, and from which it flies to another.
+
+    It never flies below the platform.
+    """
+    eps, a, w, phase = parameters[[RESTITUTION, AMPLITUDE, FREQUENCY, PHASE]]
+
+    def platform(at: Array) -> Array:
+        return np.asarray(a * np.sin(w * at + phase))
+
+    def takeoff(begin: Array, end: Array) -> Array:
+        duration = end - begin
+        return np.asarray((platform(end) - platform(begin)) / duration + 0.5 * gravity * duration)
+
+    def off(at: Array) -> Array:
+        """Take-off velocity by the restitution, less the one of the second flight."""
+        speed = a * w * np.cos(w * at + phase)
+        landing = takeoff(first, at) - gravity * (at - first)
+        return np.asarray(speed - eps * (landing - speed) - takeoff(at, last))
+
+    def is_above(begin: Array, end: Array) -> NDArray[np.bool_]:
+        since = (end - begin) * _PARTS
+        height = platform(begin) + (takeoff(begin, end) - 0.5 * gravity * since) * since
+        return np.asarray((height > platform(begin + since)).all(axis=0))
+
+    first, last = np.array([before]), np.array([after])
+    tried = np.linspace(before, after, _TRIED + 2)[1:-1]
+    found = off(tried)
+    crosses = np.flatnonzero(found[:-1] * found[1:] < 0.0)
+    low, high = tried[crosses], tried[crosses + 1]
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        is_low = off(middle) * found[crosses] > 0.0
+        low, high = np.where(is_low, middle, low), np.where(is_low, high, middle)
+    return low[is_above(first, low) & is_above(low, last)]
 
 
 def chain_of(
