@@ -10,6 +10,7 @@ from pathlib import Path
 
 from bouncing_disk_ros.command_line.start import Start, figure_kinds, option_values
 from bouncing_disk_ros.errors import ExitCode, MissingLibraryError
+from bouncing_disk_ros.kernel_cache import announce_compilation
 from bouncing_disk_ros.parameters import Spec
 
 NAME = "impact_times"
@@ -37,6 +38,7 @@ def main(args: Sequence[str] | None = None) -> int:
 def _hear(start: Start, given: argparse.Namespace) -> int:
     kinds = figure_kinds(str(option_values(start.overrides, OPTIONS)["figures"]))
     with start.stop.loading():
+        announce_compilation(NAME)
         try:
             from bouncing_disk_ros.measured.sound import impact_times
         except ModuleNotFoundError as error:

@@ -41,6 +41,8 @@ _QUIET, _LOOKS = 0.1, 500
 UNEVEN = 0.1
 """Noise at any frequency, in parts of the median: codecs leave none where they hear none."""
 _ROUNDS = 8
+_SETS = 3
+"""Sets of sounds that are alike: hits, a voice, and bumps. Chosen, not tried."""
 _NEAREST = 7
 """Hits whose median is the shape that a sound is compared with. Chosen, not tried."""
 _SAME = 5e-3
@@ -50,36 +52,52 @@ Chosen, not tried."""
 
 def alike(
     samples: Array, peaks: NDArray[np.intp], loudest: Array, rate: float, floor: float
-) -> NDArray[np.bool_]:
-    """Which of the sounds at `peaks` belong to the largest set that sounds alike.
+) -> list[NDArray[np.bool_]]:
+    """Which of the sounds at `peaks` belong to each set that sounds alike, the clearest set first.
 
     A set counts by how alike its sounds are, and by how far they rise above the loudest that was
-    heard just before. `loudest`: energy at each peak. `floor`: rms of the rounding.
+    heard just before, where they are loud. `loudest`: energy at each peak. `floor`: rms of the
+    rounding.
     """
     if not len(peaks):
-        return np.zeros(0, bool)
+        return []
     spectra = _Spectra(samples, rate, floor)
     news, rises, begins = spectra.news(peaks)
-    rise = np.maximum(rises.mean(axis=1), 0.0)
     loudness = (1.0 + news) ** _LOUDNESS - 1.0
+    attacks = loudness[:, : rises.shape[1]] + 1e-300
+    rise = np.maximum(np.sum(rises * attacks, axis=1) / np.sum(attacks, axis=1), 0.0)
     energies = np.maximum(np.sum(loudness**2, axis=1), 1e-300)
     least = _ALIKE * np.sqrt(1.0 - np.minimum(spectra.quiet() / energies, _MOST_NOISE))
     shapes = loudness / np.maximum(np.linalg.norm(loudness, axis=1, keepdims=True), 1e-300)
     near = np.log((1.0 - _ALIKE) / np.maximum(1.0 - shapes @ shapes.T, _SAME))
     np.fill_diagonal(near, 0.0)
-    counts = np.sqrt(rise) * (np.maximum(near, 0.0) @ np.sqrt(rise) + 1e-6)
-    kinds = np.tile(shapes[int(np.argmax(counts))], (len(shapes), 1))
-    is_hit = np.zeros(len(peaks), bool)
-    heard = (_BEFORE[1] + _FADES[-1][1]) * _STEP * spectra.size  # of a hit before, in these
-    for _ in range(_ROUNDS):
-        found = np.sum(shapes * kinds, axis=1) > least * np.linalg.norm(kinds, axis=1)
-        is_louder = np.sum(rises * kinds[:, : rises.shape[1]], axis=1) > 0.0
-        found = _single(found, begins, loudest, _ATTACK * _STEP * spectra.size)
-        found = _clear(found, is_louder, begins, loudest, heard)
-        if not found.any() or (found == is_hit).all():
-            break
-        is_hit, kinds = found, _kinds(shapes, np.log(loudest), found)
-    return is_hit
+    counts = rise * (np.maximum(near, 0.0) @ rise + 1e-6)
+    attack, heard = (n * _STEP * spectra.size for n in (_ATTACK, _BEFORE[1] + _FADES[-1][1]))
+
+    def grown(first: int) -> NDArray[np.bool_]:
+        """The set of sounds like the first one, like the median of these, and so on."""
+        kinds = np.tile(shapes[first], (len(shapes), 1))
+        is_hit = np.zeros(len(peaks), bool)
+        for _ in range(_ROUNDS):
+            found = np.sum(shapes * kinds, axis=1) > least * np.linalg.norm(kinds, axis=1)
+            is_louder = np.sum(rises * kinds[:, : rises.shape[1]], axis=1) > 0.0
+            found = single(found, begins, loudest, attack)
+            found = _clear(found, is_louder, begins, loudest, heard)
+            if not found.any() or (found == is_hit).all():
+                break
+            is_hit, kinds = found, _kinds(shapes, np.log(loudest), found)
+        return is_hit
+
+    sets = list[NDArray[np.bool_]]()
+    is_tried = counts <= 0.0
+    for _ in range(_SETS):
+        first = int(np.argmax(np.where(is_tried, -1.0, counts)))
+        one = grown(first)
+        is_tried[first] = True
+        if one.any() and not any(np.array_equal(one, other) for other in sets):
+            sets.append(one)
+            is_tried |= one
+    return sets
 
 
 def _kinds(shapes: Array, levels: Array, is_hit: NDArray[np.bool_]) -> Array:
@@ -90,10 +108,10 @@ def _kinds(shapes: Array, levels: Array, is_hit: NDArray[np.bool_]) -> Array:
     return np.asarray(np.median(shapes[near], axis=1))
 
 
-def _single(
+def single(
     is_hit: NDArray[np.bool_], begins: Array, levels: Array, attack: float
 ) -> NDArray[np.bool_]:
-    """The hits without the weaker of two that begin in the time of one attack."""
+    """The hits without the weaker of two that begin in the time of one attack, or out of order."""
     hits = np.flatnonzero(is_hit)
     same = np.flatnonzero(np.diff(begins[hits]) < attack)
     found = is_hit.copy()

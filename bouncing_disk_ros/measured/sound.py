@@ -22,7 +22,8 @@ from bouncing_disk_ros.folders import user_path
 from bouncing_disk_ros.measured.alignment import aligned
 from bouncing_disk_ros.measured.echoes import without_echoes
 from bouncing_disk_ros.measured.filters import filtered, highest, running_maximum, spectra
-from bouncing_disk_ros.measured.similar_sounds import UNEVEN, alike
+from bouncing_disk_ros.measured.similar_sounds import UNEVEN, alike, single
+from bouncing_disk_ros.parameters import DEFAULTS
 
 Array = NDArray[np.float64]
 SUFFIXES = {
@@ -59,6 +60,8 @@ _RISE = 2
 differ little; far from the peak a change of the noise can be taken for the onset."""
 _EARLIER = 0.75
 """Part of the sound before an onset that tells the noise: nothing of the hit is in it."""
+_LIKELY = float(-np.log(0.01))
+"""Evidence of flights that hits of no law have once in a hundred recordings, at most."""
 _CUT = 4
 """Samples at the largest value of a file that is clipped: one crest of a tone has fewer, unless it
 is rounded to a few bits. Chosen, not tried."""
@@ -151,9 +154,10 @@ def _heard(name: str, samples: Array, rate: float, least: float) -> ImpactSound 
         inside = filtered(samples, rate, low, high, 3)
         energies = _Energies(inside, rate, min(high, 0.5 * rate) - low, loudest, floor)
         peaks, ratios = energies.hits()
-        is_kind = alike(samples, peaks, energies.short[peaks], rate, floor)
-        if not is_kind.any():
+        sets = alike(samples, peaks, energies.short[peaks], rate, floor)
+        if not sets:
             return None
+        is_kind = _of_flights(sets, peaks / rate)
         found = _band(samples, rate, floor, peaks[is_kind])
     unlike, peaks, ratios = peaks[~is_kind] / rate, peaks[is_kind], ratios[is_kind]
     is_hit = without_echoes(peaks, energies.short, energies.near, energies.noise, rate)
@@ -172,10 +176,26 @@ def _heard(name: str, samples: Array, rate: float, least: float) -> ImpactSound 
     onsets, errors = aligned(
         wide**2, onsets, errors, noises + floor**2, is_clipped, rate, energies.window
     )
+    levels = energies.short[peaks[is_hit]]
+    is_own = single(np.ones(len(onsets), bool), onsets, levels, energies.near)
     return ImpactSound(
-        name, onsets / rate, errors / rate, 10.0 * np.log10(ratios[is_hit]),
+        name, onsets[is_own] / rate, errors[is_own] / rate, 10.0 * np.log10(ratios[is_hit][is_own]),
         peaks[~is_hit] / rate, unlike, (low, high), rate, _curve(energies.short, rate),
     )  # fmt: skip
+
+
+def _of_flights(sets: list[NDArray[np.bool_]], times: Array) -> NDArray[np.bool_]:
+    """The set with the likeliest flights on a platform at rest; where none has any, the first."""
+    if len(sets) == 1:
+        return sets[0]
+    from bouncing_disk_ros.measured.sequence import at_rest  # kernels, which take time to load
+
+    gravity = float(DEFAULTS["gravity"])
+    evidences = [
+        at_rest(times[one], gravity, least=_LIKELY).evidence if one.sum() > 2 else 0.0
+        for one in sets
+    ]
+    return sets[int(np.argmax(np.maximum(evidences, _LIKELY)))]
 
 
 def _clipped(samples: Array) -> NDArray[np.intp]:
