@@ -17,6 +17,7 @@ import tempfile
 import time
 import warnings
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -150,6 +151,22 @@ def forget_unused(own: Path) -> None:
                 with suppress(OSError):  # removed by another one, not ours
                     if folder.stat().st_mtime < oldest:
                         shutil.rmtree(folder)
+
+
+def forget_kernel(index: str) -> None:
+    """Remove the index of a stored kernel, which then gets another one: its files are damaged."""
+    Path(index).unlink(missing_ok=True)
+
+
+@cache
+def warn_of_storing(reason: str) -> None:
+    """Warn once, whatever numba has done to the filters of warnings since."""
+    folder = os.environ.get("NUMBA_CACHE_DIR", "their folder")
+    text = (
+        f"compiled kernels cannot be stored in {folder}: {reason}. Every start compiles them "
+        "again. Set NUMBA_CACHE_DIR to another folder"
+    )
+    warnings.warn(text, RuntimeWarning, stacklevel=2)
 
 
 def passing_folder() -> Path | None:

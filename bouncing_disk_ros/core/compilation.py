@@ -9,14 +9,12 @@ first start takes two thirds of the processor time. Nothing may be compiled with
 from __future__ import annotations
 
 import gc
-import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from functools import cache
-from pathlib import Path
 from typing import Any, TypeAlias
 
-from numba import config, njit, types
+from numba import njit, types
 from numba.core import event, utils
 from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary, llvmir
@@ -176,16 +174,6 @@ def _of_compilations(send: Callable[..., None]) -> Callable[..., None]:
     return sent
 
 
-@cache
-def _warn_of_storing(reason: str) -> None:
-    """Warn once, whatever numba has done to the filters of warnings since."""
-    text = (
-        f"compiled kernels cannot be stored in {config.CACHE_DIR}: {reason}. Every start compiles "
-        "them again. Set NUMBA_CACHE_DIR to another folder"
-    )
-    warnings.warn(text, RuntimeWarning, stacklevel=3)
-
-
 class QuickCache(FunctionCache):
     """numba's cache of an entry's machine code, loaded without the tables of its compiler.
 
@@ -200,8 +188,9 @@ class QuickCache(FunctionCache):
             try:
                 return self._load_overload(signature, context)
             except Exception:  # noqa: BLE001 (pickle and LLVM raise anything on damaged bytes)
-                index = Path(self._cache_file._index_path)
-                index.unlink(missing_ok=True)  # the compiled entry gets another one
+                from bouncing_disk_ros.kernel_cache import forget_kernel
+
+                forget_kernel(self._cache_file._index_path)
                 return None
 
     def save_overload(self, signature: object, data: Any) -> None:
@@ -209,7 +198,9 @@ class QuickCache(FunctionCache):
         try:
             super().save_overload(signature, data)
         except OSError as error:
-            _warn_of_storing(error.strerror)
+            from bouncing_disk_ros.kernel_cache import warn_of_storing
+
+            warn_of_storing(error.strerror)
 
 
 def kernel(function: Kernel) -> Kernel:

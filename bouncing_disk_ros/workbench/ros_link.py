@@ -144,7 +144,7 @@ class RosLink(RunLink):
         subscription_to(node, "disk/run_state", self._on_run_state)
         log_qos = profile_of(Qos(100, latched=True))
         node.create_subscription(Log, "/rosout", self._on_log, log_qos)
-        self._started = self._now()
+        self._started = time.time_ns()  # /rosout has wall time, also with use_sim_time
         self._publishers = {name: publisher_of(node, f"platform/{name}") for name in MOTION_NAMES}
         self._command = publisher_of(node, "platform/command")
         self._impulse = publisher_of(node, "disk/impulse")
@@ -165,9 +165,6 @@ class RosLink(RunLink):
     def is_alive(self) -> bool:
         """Whether the simulator was heard of within SILENT_SECONDS."""
         return time.monotonic() - self._heard < SILENT_SECONDS
-
-    def _now(self) -> int:
-        return int(self._node.get_clock().now().nanoseconds)
 
     def _on_run_state(self, _msg: JointState) -> None:
         self._heard = time.monotonic()

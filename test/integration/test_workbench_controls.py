@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 import pytest
 import rclpy
 from bokeh.document import Document
+from builtin_interfaces.msg import Time
+from rosgraph_msgs.msg import Clock
 
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.session import Session
@@ -61,9 +63,20 @@ NAME = "workbench_simulator"
 
 @pytest.fixture(scope="module")
 def bench(ros_domain: int, warm_kernels: None) -> Iterator[Bench]:
+    """The page's node has a clock that is ahead: use_sim_time, with a fast simulation."""
     simulator = SteppedSimulator(NAME, **dict[str, Any](load_preset("pizza_multiple_toss")))
-    node = rclpy.create_node("workbench", context=simulator.context, use_global_arguments=False)
+    node = rclpy.create_node(
+        "workbench", context=simulator.context, use_global_arguments=False,
+        cli_args=["--ros-args", "-p", "use_sim_time:=true", "-r", "/clock:=/clock_ahead"],
+    )  # fmt: skip
     simulator.add_node(node)
+    clock = node.create_publisher(Clock, "/clock_ahead", 10)
+
+    def is_ahead() -> bool:
+        clock.publish(Clock(clock=Time(sec=2_000_000_000)))
+        return bool(node.get_clock().now().nanoseconds)
+
+    simulator.spin_until(is_ahead, PATIENCE)
     link = RosLink(node, NAME)
     document = Document()
     page = Page(document, link)
