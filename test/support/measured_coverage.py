@@ -9,14 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros import fit_impacts
 from bouncing_disk_ros.measured.kernels.likelihood import whitened_residuals
 from bouncing_disk_ros.measured.profiles import Data, Model, Profiles
 from bouncing_disk_ros.measured.starts import first_values
 from support.measured_impacts import GRAVITY, at_rest, vibrating
 
 OMEGA = math.tau * 20.0
-SEED = 20095
+SEED, SEED_ODD = 20095, 8101
 _TAIL = 0.025
+_ODD, _APART = 0.05, 5.0
+"""Parts of impacts that are missed, and of false ones; errors by which these are off true ones."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,9 @@ VIBRATING = [
     for error in (1e-5, 1e-4)
     for scatter in (0.0, 0.003)
 ]  # fmt: skip
+
+ODD_HITS = [cell for cell in VIBRATING if not cell.scatter]
+"""Cells of experiments with missed and false impacts."""
 
 
 @dataclass(frozen=True)
@@ -107,6 +113,41 @@ def experiments(cell: Cell, count: int) -> Iterator[Found]:
             true[2] = phase
             made += 1
             yield _experiment(cell, exact, exact + _noise(rng, cell), true)
+
+
+def odd_hits(cell: Cell, place: int) -> tuple[NDArray[np.float64], float]:
+    """Hits of an experiment with missed and false impacts on a vibrating platform, and φ.
+
+    Misses are independent, false hits a Poisson process.
+    """
+    rng = np.random.default_rng([SEED_ODD, ODD_HITS.index(cell), place])
+    runs, phases = np.empty(0), np.empty(0)
+    while not len(runs):
+        runs, phases = vibrating(
+            rng, 2, cell.count, cell.forcing, cell.restitution, cell.scatter, cell.skip
+        )
+    exact = runs[0]
+    seen = exact + _noise(rng, cell)
+    hits = [float(t) for t in seen[rng.random(cell.count) >= _ODD]]
+    others, count = [*exact], len(hits) + rng.poisson(_ODD * cell.count)
+    while len(hits) < count:
+        at = rng.uniform(seen[0], seen[-1])
+        if np.abs(np.array(others) - at).min() >= _APART * cell.error:
+            hits.append(at)
+            others.append(at)
+    return np.sort(hits), float(phases[0])
+
+
+def held_with_odd_hits(cell: Cell, place: int) -> tuple[bool, ...] | None:
+    """Whether intervals hold ε, A and φ of such an experiment; None, where they are not told."""
+    hits, phase = odd_hits(cell, place)
+    fit = fit_impacts(hits, frequency=20.0, scatter=0.0)
+    if fit.untold:
+        return None
+    found = [fit[name] for name in ("restitution", "axial_amplitude", "forcing_phase")]
+    phase += math.tau * round((found[2].value - phase) / math.tau)
+    true = (cell.restitution, cell.forcing * math.pi * GRAVITY / OMEGA**2, phase)
+    return tuple(one.low < x < one.high for one, x in zip(found, true, strict=True))
 
 
 def summary(found: list[Found]) -> Summary:
