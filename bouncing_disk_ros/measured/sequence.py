@@ -135,14 +135,12 @@ class Chain:
         return self.with_hit(int(change.which), times)
 
     def without_hit(self, hit: int, times: Array) -> Chain:
-        """The chain with a missed impact near this hit in place of it; at its ends with none."""
+        """The chain with a missed impact near this hit in place of it, and none at its ends."""
         place = int(np.searchsorted(self.kept, hit))
-        is_inner = 0 < place < len(self.kept) - 1
-        return replace(
-            self, kept=np.delete(self.kept, place),
-            missed=np.sort(np.append(self.missed, times[[hit] * is_inner])),
-            contacts=self.contacts - (self.contacts > place),
-        )  # fmt: skip
+        kept, missed = np.delete(self.kept, place), np.sort(np.append(self.missed, times[hit]))
+        is_inside = (missed > times[kept[0]]) & (missed < times[kept[-1]])
+        contacts = self.contacts - (self.contacts > place)
+        return replace(self, kept=kept, missed=missed[is_inside], contacts=contacts)
 
     def with_hit(self, hit: int, times: Array) -> Chain:
         """The chain with this hit added, in place of the nearest missed impact of the same flight.

@@ -488,6 +488,15 @@ def test_a_false_hit_near_a_missed_impact_is_rejected(place: int, later: float) 
     assert fit.preset["restitution"] == fit["restitution"].value
 
 
+def test_a_chain_without_a_false_hit_begins_and_ends_with_hits() -> None:
+    """A missed impact before the first hit that was left ended the fit with a traceback."""
+    times, nothing = np.arange(6.0), np.empty(0, np.int64)
+    chain = Chain(np.arange(6), np.array([0.5, 3.5]), nothing, np.empty(0))
+    assert chain.without_hit(0, times).missed.tolist() == [3.5]
+    assert chain.without_hit(2, times).missed.tolist() == [0.5, 2.0, 3.5]
+    assert chain.without_hit(5, times).missed.tolist() == [0.5, 3.5]
+
+
 def test_the_likeliest_chain_is_that_of_its_candidate_alone() -> None:
     """Candidates that are left before their end could not have become the likeliest."""
     rng = np.random.default_rng(5)
