@@ -157,6 +157,11 @@ def test_ticks_wait_for_no_longer_than_the_switch_interval(
         sys.setswitchinterval(own)
 
 
+def test_a_node_may_be_destroyed_twice(live: LiveSimulators, peer: Peer) -> None:
+    """As any node of rclpy. It waited for the subscribers of topics that were gone: a traceback."""
+    live(peer).destroy_node()  # and once more by the fixture
+
+
 def test_two_nodes_in_two_namespaces_keep_apart(live: LiveSimulators) -> None:
     left, right = Peer("left"), Peer("right")
     for name in ("left", "right"):

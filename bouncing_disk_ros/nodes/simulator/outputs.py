@@ -114,7 +114,8 @@ class Outputs:
         tell: without the last inputs a replay differs.
         """
         end = time.monotonic() + LAST_SECONDS
-        with suppress(rclpy_implementation.RCLError):  # a middleware that cannot wait
+        cannot_wait = rclpy_implementation.RCLError, rclpy_implementation.InvalidHandle
+        with suppress(*cannot_wait):  # some middleware; a node that is destroyed twice
             for publisher in (self._inputs, self._impacts):
                 publisher.wait_for_all_acked(Duration(seconds=max(end - time.monotonic(), 0.0)))
 
