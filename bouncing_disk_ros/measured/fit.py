@@ -339,9 +339,10 @@ class _Known:
             is_changed, near = False, list[Change]()
             for change in changes:
                 other = chain.changed(change, times)
-                begins = change.kind == "begin"
-                own, others = fitted(other, is_near=not begins)
-                if own > top - math.log(REFUTED) * begins:
+                is_begin = change.kind == "begin"
+                least = -math.log(REFUTED) if is_begin else 0.0
+                own, others = fitted(other, is_near=not is_begin)
+                if own > top + least:
                     chain, top, suspected, is_changed = other, own, others, True
                 elif own > top - _EXCLUDED:
                     near.append(change)
@@ -396,8 +397,8 @@ class _Known:
         """The fit of the hits that a chain leaves out; None where they are no flights.
 
         On a vibrating platform some of them are heard during the flights of the chain: one disk
-        cannot have both. Other ones can be those of chatter, or after a contact. Few false hits
-        have chains too, but with flights below the platform.
+        cannot have both. Other hits can be impacts of chatter, or impacts after a contact. Few
+        false hits have chains too, but with flights below the platform.
         """
         times = recording.times
         left = np.setdiff1d(self._heard(times), chain.kept)

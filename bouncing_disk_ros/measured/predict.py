@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bouncing_disk_ros.measured.kernels.chains import contact_landings
 from bouncing_disk_ros.measured.kernels.likelihood import solve_factored
@@ -109,14 +110,22 @@ def part_possible(profiles: Profiles, draws: Draws) -> float:
     flown = np.delete(np.arange(times.shape[1] - 1), profiles.data.contacts)
     w, a, phase = (p[:, i, None] for i in (FREQUENCY, AMPLITUDE, PHASE))
     start, duration = times[:, flown], np.diff(times)[:, flown]
+    is_above = flies_above(start, duration, (a, w, phase), profiles.model.gravity)
+    return float(is_above.all(axis=1).mean())
+
+
+def flies_above(
+    start: Array, duration: Array, motion: tuple[Array, Array, Array], gravity: float
+) -> NDArray[np.bool_]:
+    """Whether the disk is never below the platform, of each flight; `motion`: A, ω and φ."""
+    a, w, phase = motion
     begin, end = (a * np.sin(w * (start + part * duration) + phase) for part in (0.0, 1.0))
-    is_possible = np.ones(len(p), bool)
+    is_above = np.ones(begin.shape, bool)
     for part in np.arange(1, _POINTS) / _POINTS:
-        fall = 0.5 * profiles.model.gravity * part * (1.0 - part) * duration**2
+        fall = 0.5 * gravity * part * (1.0 - part) * duration**2
         height = begin + part * (end - begin) + fall
-        below = height < a * np.sin(w * (start + part * duration) + phase)
-        is_possible &= ~below.any(axis=1)
-    return float(is_possible.mean())
+        is_above &= ~(height < a * np.sin(w * (start + part * duration) + phase))
+    return is_above
 
 
 def is_reached(draws: Draws, gravity: float, before: float, hit: float) -> bool:

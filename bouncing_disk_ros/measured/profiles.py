@@ -280,7 +280,7 @@ class Profiles:
         return p
 
     def true_times(self, times: Array) -> Array:
-        """Those of the likeliest fit for these measured or missed times, others as they are."""
+        """True times in the likeliest fit; a time that the fit does not have stays as it is."""
         place = np.minimum(np.searchsorted(self.data.times, times), len(self.data.times) - 1)
         return np.where(self.data.times[place] == times, self.best.times[place], times)
 

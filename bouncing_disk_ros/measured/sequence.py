@@ -27,7 +27,9 @@ from bouncing_disk_ros.measured.kernels.rest_laws import (
     RESTITUTION,
     SLOPE,
 )
+from bouncing_disk_ros.measured.predict import flies_above
 from bouncing_disk_ros.measured.profiles import Profiles
+from bouncing_disk_ros.scalar_search import halved
 
 Array = NDArray[np.float64]
 _ERRORS = np.array([1e-5, 1e-4, 1e-3])
@@ -41,8 +43,6 @@ _CHANGES = np.linspace(-0.1, 0.2, 7)
 
 _TRIED, _HALVINGS = 256, 20
 """Times between two hits at which a missed impact is looked for, and how often they are halved."""
-_PARTS = np.linspace(0.0, 1.0, 66)[1:-1, None]
-"""Of a flight, where its height is looked at."""
 
 
 class Change(NamedTuple):
@@ -201,21 +201,22 @@ def impacts_between(before: float, after: float, parameters: Array, gravity: flo
         landing = takeoff(first, at) - gravity * (at - first)
         return np.asarray(speed - eps * (landing - speed) - takeoff(at, last))
 
-    def is_above(begin: Array, end: Array) -> NDArray[np.bool_]:
-        since = (end - begin) * _PARTS
-        height = platform(begin) + (takeoff(begin, end) - 0.5 * gravity * since) * since
-        return np.asarray((height > platform(begin + since)).all(axis=0))
+    def change_of_sign(low: float, high: float, value: float) -> float:
+        def holds(at: float) -> bool:
+            return bool(off(np.array([at])) * value > 0.0)
+
+        return halved(holds, low, high, steps=_HALVINGS)[0]
+
+    def is_flight(begin: Array, end: Array) -> NDArray[np.bool_]:
+        return flies_above(begin, end - begin, (a, w, phase), gravity)
 
     first, last = np.array([before]), np.array([after])
     tried = np.linspace(before, after, _TRIED + 2)[1:-1]
     found = off(tried)
-    crosses = np.flatnonzero(found[:-1] * found[1:] < 0.0)
-    low, high = tried[crosses], tried[crosses + 1]
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        is_low = off(middle) * found[crosses] > 0.0
-        low, high = np.where(is_low, middle, low), np.where(is_low, high, middle)
-    return low[is_above(first, low) & is_above(low, last)]
+    is_crossed = found[:-1] * found[1:] < 0.0
+    ends = zip(tried[:-1][is_crossed], tried[1:][is_crossed], found[:-1][is_crossed], strict=True)
+    at = np.array([change_of_sign(*one) for one in ends])
+    return at[is_flight(first, at) & is_flight(at, last)]
 
 
 def chain_of(

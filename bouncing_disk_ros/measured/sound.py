@@ -227,10 +227,10 @@ def _band(
 ) -> tuple[float, float, float] | None:
     """Ends of the band of the hits, and the frequency where they are clearest, Hz.
 
-    The noise of each frequency is told by a low quantile over the frames, and is no lower than a
-    part of its median: codecs leave no noise at high frequencies. The hits are told by the mean
-    logarithm over the frames that are louder than noise gets. A frequency belongs to the band
-    where that mean is higher than the one of noise gets.
+    The noise of each frequency is estimated from a low quantile over the frames, and is no lower
+    than a part of its median: codecs leave no noise at high frequencies. The hits are estimated
+    from the mean logarithm over the frames that are louder than noise gets. A frequency belongs to
+    the band where that mean is higher than the mean of noise gets.
     """
     at, power = spectra(samples, rate, _FRAMES)
     size = 2 * len(power) - 2  # of a frame; they overlap by half

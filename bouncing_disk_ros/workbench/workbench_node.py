@@ -56,8 +56,8 @@ class WorkbenchNode(Node):
 class SimulatorKeeper:
     """Starts a simulator where none is heard of, and again where it ended; ends it at the end.
 
-    One that somebody else has started is left to them, also where it falls silent: two simulators
-    on the same topics would be one run to all that hear them.
+    A simulator that it did not start is never replaced, also where that simulator falls silent:
+    subscribers would take two simulators on the same topics for one run.
     """
 
     def __init__(self, link: RosLink, namespace: str, preset: str) -> None:

@@ -65,7 +65,7 @@ def test_what_a_stalled_recorder_misses_is_counted(
 def test_the_last_inputs_of_a_simulator_reach_a_recorder_that_stalls(
     start: Starter, ros_domain: int, tmp_path: Path
 ) -> None:
-    """The middleware has no room for them at first: they are sent again, if they still can be."""
+    """The middleware has no room for the inputs at first, and sends them again."""
     simulator = start("simulator", "--ros-args", "-p", "state_rate:=1000.0")
     simulator.wait_for("running at")
     process = recorder(start, tmp_path / "run")
@@ -81,7 +81,7 @@ def test_the_last_inputs_of_a_simulator_reach_a_recorder_that_stalls(
         peer.command((0.0, {"axial_amplitude": amplitude}))
     peer.spin_until(lambda: sum(record["kind"] == "motion" for record in peer.records) == len(sent))
     simulator.send(signal.SIGINT)
-    end = time.monotonic() + 1.0  # in which one that does not wait ends
+    end = time.monotonic() + 1.0  # a simulator that does not wait ends within this time
     while simulator.running and time.monotonic() < end:
         time.sleep(0.01)
     process.send(signal.SIGCONT)

@@ -139,7 +139,7 @@ def odd_hits(cell: Cell, place: int) -> tuple[NDArray[np.float64], float]:
 
 
 def held_with_odd_hits(cell: Cell, place: int) -> tuple[bool, ...] | None:
-    """Whether intervals hold ε, A and φ of such an experiment; None, where they are not told."""
+    """Whether intervals hold ε, A and φ of such an experiment; None: the data do not tell them."""
     hits, phase = odd_hits(cell, place)
     fit = fit_impacts(hits, frequency=20.0, scatter=0.0)
     if fit.untold:

@@ -67,7 +67,7 @@ def random_recording(rng: Generator) -> tuple[Sound, float]:
 
 
 def noiseless_drop(rng: Generator) -> Sound:
-    """A drop of a hard ball in a room without any noise."""
+    """A drop of a hard ball in a room without noise."""
     rate, restitution, start = 48000.0, rng.uniform(0.6, 0.9), rng.uniform(0.5, 1.5)
     speed = math.sqrt(2.0 * 9.81 * rng.uniform(0.2, 0.5))
     count = math.ceil(math.log(0.03 * 9.81 / (2.0 * speed)) / math.log(restitution))

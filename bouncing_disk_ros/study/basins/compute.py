@@ -177,12 +177,13 @@ class Basins(Study):
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:
         """Attractors with their shares, and the measures of the boundary."""
         found = from_arrays(context).found
-        # read strip by strip where it may be larger than memory
+        # A map that may be larger than memory is read in row blocks. A smaller map is one block,
+        # and the result keeps no copy of it: to free the copy would hold up ticks.
         labels: LabelMap = result["label"]
         if result["label"].size <= PIXELS:
             labels = next(row_blocks(labels, 0, labels.shape[0]))
         # This thread does not give way, so it only waits: at work, it could take the processor from
-        # one that holds the interpreter's lock.
+        # a thread that holds the interpreter's lock.
         with ThreadPoolExecutor(os.cpu_count(), initializer=give_way) as threads:
             measures = self._measures(labels, threads)
             share = threads.submit(shares, labels, len(found), periodic=self.whole_period)

@@ -94,7 +94,7 @@ def test_intervals_do_not_end_where_a_search_does(place: int) -> None:
 def test_cells_with_missed_and_false_impacts_hold_the_truth(cell: Cell) -> None:
     """The second table of docs/measured.md; four standard deviations, as in `_check`."""
     found = [held_with_odd_hits(cell, place) for place in range(_SOME)]
-    told = [held for held in found if held is not None]
-    parts = [sum(one) / len(told) for one in zip(*told, strict=True)]
-    print(f"{cell}: {len(told)} told, " + ", ".join(f"{100.0 * part:.1f} %" for part in parts))
-    assert min(parts) >= LEVEL - 4.0 * math.sqrt(LEVEL * (1.0 - LEVEL) / len(told))
+    known = [held for held in found if held is not None]
+    parts = [sum(one) / len(known) for one in zip(*known, strict=True)]
+    print(f"{cell}: {len(known)} known, " + ", ".join(f"{100.0 * part:.1f} %" for part in parts))
+    assert min(parts) >= LEVEL - 4.0 * math.sqrt(LEVEL * (1.0 - LEVEL) / len(known))
