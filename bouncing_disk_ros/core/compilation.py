@@ -208,15 +208,15 @@ def kernel(function: Kernel) -> Kernel:
 
     It makes and returns no array, and does not count who holds those that it is given.
     """
-    return _inner(function, inlined=True, _nrt=False)
+    return inner(function, inlined=True, _nrt=False)
 
 
 def rare_kernel(function: Kernel) -> Kernel:
     """Compile an inner function that runs seldom: called, not inlined, for a short compilation."""
-    return _inner(function, inlined=False)  # not None: numba would do as with the first caller
+    return inner(function, inlined=False)  # not None: numba would do as with the first caller
 
 
-def _inner(function: Kernel, *, inlined: bool, **options: bool) -> Kernel:
+def inner(function: Kernel, *, inlined: bool, **options: Any) -> Kernel:
     """Let numba compile what only compiled functions call, to LLVM code (`InnerLibrary`).
 
     Once for all integers, not again for each literal one.

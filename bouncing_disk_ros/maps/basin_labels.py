@@ -38,6 +38,7 @@ from bouncing_disk_ros.maps.lanes.lane_basics import (
     assign_lane,
     chatter_outcome,
     chosen,
+    in_widest_vectors,
     lane,
     lane_entry,
     scratch,
@@ -432,6 +433,7 @@ _FOUND = types.NamedTuple([_INTS, _INTS, _FLOATS], StartLabels)
 def _label_lanes(
     z: Any, tau: Any, w: Any, forcing: float, restitution: float, known: Any, rule: Any, found: Any
 ) -> None:
+    in_widest_vectors()
     data = _Starts(tau, w, forcing, restitution, known, rule, found)
     run_lanes(z, len(tau), _service, _assign, _on_landing, data)
 

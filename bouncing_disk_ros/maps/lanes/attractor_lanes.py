@@ -38,6 +38,7 @@ from bouncing_disk_ros.maps.lanes.lane_basics import (
     TRAJECTORY,
     W,
     assign_lane,
+    in_widest_vectors,
     lane,
     lane_entry,
     lane_turn,
@@ -347,6 +348,7 @@ def _on_landing(z: Any, data: Any) -> None:
 def _measure_attractors(
     z: Any, states: Any, parameters: Any, settling: int, measured: int, out: Any, results: Any
 ) -> None:
+    in_widest_vectors()
     kept = out.shape[1]
     data = _Trajectories(states, parameters, settling, measured, kept, out, results)
     run_lanes(z, len(states), _service, _assign, _on_landing, data)

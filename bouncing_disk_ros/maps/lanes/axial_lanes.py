@@ -18,6 +18,7 @@ from bouncing_disk_ros.maps.lanes.lane_basics import (
     TRAJECTORY,
     W,
     assign_lane,
+    in_widest_vectors,
     lane,
     lane_entry,
     scratch,
@@ -78,6 +79,7 @@ def _on_landing(z: Any, _: Any) -> None:
 def _iterate_axial(
     z: Any, tau: Any, w: Any, forcing: Any, restitution: Any, impacts: int, counts: Any
 ) -> None:
+    in_widest_vectors()
     data = _Trajectories(tau, w, forcing, restitution, impacts, counts)
     run_lanes(z, len(tau), _service, _assign, _on_landing, data)
 
