@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core import platform
 from bouncing_disk_ros.core.arithmetic import sincos
+from bouncing_disk_ros.core.compilation import EntryCompiler
 from bouncing_disk_ros.core.flight import Launch, search_impact
 from bouncing_disk_ros.core.forcing_clock import Clock, clock_after
 from bouncing_disk_ros.core.model import Motion
@@ -59,7 +60,7 @@ def motion_of(axial_forcing: float) -> NDArray[np.void]:
     return platform.without_offset(steady)
 
 
-@njit(error_model="numpy", nogil=True)
+@njit(error_model="numpy", nogil=True, pipeline_class=EntryCompiler)
 def impacts(
     motions: Any, g: float, restitution: float, tau: float, u: float, out: NDArray[np.float64]
 ) -> int:

@@ -15,7 +15,8 @@ from bouncing_disk_ros.kernel_cache import share_compiled_kernels
 def from_python(kernel: Any) -> Any:
     """The same function, compiled so that Python can call it: once for each version of sources."""
     share_compiled_kernels()
-    return njit(error_model="numpy", nogil=True, cache=True)(kernel.py_func)
+    fastmath = kernel.targetoptions.get("fastmath", False)
+    return njit(error_model="numpy", nogil=True, cache=True, fastmath=fastmath)(kernel.py_func)
 
 
 class Kernels:

@@ -58,7 +58,7 @@ from bouncing_disk_ros.core.arithmetic import (
     sincos,
 )
 from bouncing_disk_ros.core.chatter import chatter_scale
-from bouncing_disk_ros.core.compilation import Kernel, inner, kernel, stored
+from bouncing_disk_ros.core.compilation import Kernel, add_attribute, inner, kernel, stored
 from bouncing_disk_ros.core.platform import ROOM, axial_jet
 from bouncing_disk_ros.core.restitution import rebound as scalar_rebound
 from bouncing_disk_ros.core.restitution import rebounded
@@ -185,8 +185,7 @@ def in_widest_vectors(_context: Any) -> Any:
     """
 
     def widen(_context: Any, builder: Any, _signature: Any, _arguments: Any) -> None:
-        # the method `add` of llvmlite's set refuses attributes with a value
-        set.add(builder.function.attributes, '"prefer-vector-width"="512"')
+        add_attribute(builder.function, "prefer-vector-width", "512")
 
     return types.void(), widen
 
