@@ -270,23 +270,24 @@ def inner(function: Kernel, *, inlined: bool, **options: Any) -> Kernel:
     return found
 
 
-def entry(*signature: object) -> Callable[[Kernel], Kernel]:
-    """Compile a function that Python calls: one signature, cached, without the GIL."""
+def entry(*signature: object, scalar: bool = True, **options: bool) -> Callable[[Kernel], Kernel]:
+    """Compile a function that Python calls, or load it as an earlier process has compiled it.
+
+    One signature, without the GIL. `scalar`: it works on one trajectory at a time (ScalarLibrary).
+    """
     from bouncing_disk_ros.kernel_cache import share_compiled_kernels
 
     def compile_entry(function: Kernel) -> Kernel:
         share_compiled_kernels()
+        compiled: Any = njit(
+            error_model="numpy", nogil=True, no_cfunc_wrapper=True, cache=True,
+            pipeline_class=EntryCompiler if scalar else Compiler, **options,
+        )(function)  # fmt: skip
+        compiled._cache = QuickCache(function)
         with _quick_compilation():
-            return stored(function, *signature, no_cfunc_wrapper=True, pipeline_class=EntryCompiler)
+            compiled.compile(*signature)
+        compiled.disable_compile()
+        found: Kernel = compiled
+        return found
 
     return compile_entry
-
-
-def stored(function: Kernel, *signature: object, **options: Any) -> Kernel:
-    """Load a function with one signature as an earlier process has compiled it, or compile it."""
-    compiled: Any = njit(error_model="numpy", nogil=True, cache=True, **options)(function)
-    compiled._cache = QuickCache(function)
-    compiled.compile(*signature)
-    compiled.disable_compile()
-    found: Kernel = compiled
-    return found

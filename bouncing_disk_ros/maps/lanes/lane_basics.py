@@ -58,7 +58,7 @@ from bouncing_disk_ros.core.arithmetic import (
     sincos,
 )
 from bouncing_disk_ros.core.chatter import chatter_scale
-from bouncing_disk_ros.core.compilation import Kernel, add_attribute, inner, kernel, stored
+from bouncing_disk_ros.core.compilation import Kernel, add_attribute, entry, inner, kernel
 from bouncing_disk_ros.core.platform import ROOM, axial_jet
 from bouncing_disk_ros.core.restitution import rebound as scalar_rebound
 from bouncing_disk_ros.core.restitution import rebounded
@@ -111,11 +111,7 @@ rebound = lane(rebounded)
 
 def lane_entry(*signature: object) -> Callable[[Kernel], Kernel]:
     """`entry` for a function whose arrays are not counted."""
-
-    def compile_entry(function: Kernel) -> Kernel:
-        return stored(function, *signature, _nrt=False)
-
-    return compile_entry
+    return entry(*signature, scalar=False, _nrt=False)
 
 
 def scratch(fields: int) -> NDArray[np.float64]:
