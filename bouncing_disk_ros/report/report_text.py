@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import sys
 
-from bouncing_disk_ros.core.offset import Offset
 from bouncing_disk_ros.errors import InputError, counted
 from bouncing_disk_ros.maps.motor_curves import mean_speed, no_load_speed
 from bouncing_disk_ros.maps.period_one import period_one
@@ -20,7 +19,7 @@ from bouncing_disk_ros.report.run_report import Pace, Report, SegmentReport
 from bouncing_disk_ros.report.spans import known
 from bouncing_disk_ros.report.steady_speed import Mean
 from bouncing_disk_ros.report.transient import FEWEST, Transient, TransientKind
-from bouncing_disk_ros.units import NS, with_prefix
+from bouncing_disk_ros.units import with_prefix
 
 
 def span_text(report: Report, begin: float, end: float) -> str:
@@ -244,8 +243,7 @@ def _drive(report: Report) -> Pairs:
         part = report.chosen
         lost = f", {counted(part.lost, 'row')} lost between them" if part.lost else ""
         found.append(("impacts", f"{part.impacts} in {counted(part.rows, 'row')}{lost}"))
-    begin, end = (time * NS for time in segment[:2])
-    if moved := sum(begin <= at < end and one != Offset() for at, one in report.record.offsets):
+    if moved := report.chosen.trajectories:
         text = f"{moved} trajector{'y' if moved == 1 else 'ies'} accepted; theory is without them"
         found.append(("offset of the platform", text))
     if not known(segment.disk):

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, join_rows
+from bouncing_disk_ros.core.offset import Offset
 from bouncing_disk_ros.errors import InputError, counted
 from bouncing_disk_ros.report.estimate import (
     Estimate,
@@ -41,6 +42,7 @@ from bouncing_disk_ros.report.spans import (
 )
 from bouncing_disk_ros.report.steady_speed import Mean, tail_begin
 from bouncing_disk_ros.report.transient import Transient, transient_of
+from bouncing_disk_ros.units import NS
 
 Rows = NDArray[np.void]
 Column = NDArray[np.float64]
@@ -65,6 +67,7 @@ class SegmentReport(NamedTuple):
     lost: int  # rows between the first and the last of them
     settled: Mean  # rotor speed in its steady tail
     off: OffPlatform  # impacts that are not where its motion says
+    trajectories: int  # offsets accepted in it, known or not
     rise: RiseTime | None = None  # from the speed before it; None: no clear change, or not known
 
     @property
@@ -186,14 +189,21 @@ def _segment(
     times, rotor = speeds.of(segment, own)
     disk = segment.disk if known(segment.disk) else None
     off = off_platform(segment.surely(rows), segment.motion, offsets)
-    motion = None if off.impacts else segment.motion
+    moved = _trajectories(segment, offsets)
+    motion = None if off.impacts or moved else segment.motion  # a loop holds unstable orbits too
     transient = transient_of(times, rotor) if worked else None
     orbit = orbit_of(own, motion=motion, disk=disk) if worked else None
     settled = speeds.settled(segment, own, orbit, tail_begin(segment, transient))
     if orbit and orbit.kind is OrbitKind.UNRESOLVED and speeds.stays_in_contact(segment, own):
         orbit = orbit._replace(kind=_contact_kind(segment, settled.value))
     impacts = int(np.sum(own["count"], dtype=np.int64))
-    return SegmentReport(segment, len(own), impacts, orbit, transient, lost_rows(own), settled, off)
+    lost = lost_rows(own)
+    return SegmentReport(segment, len(own), impacts, orbit, transient, lost, settled, off, moved)
+
+
+def _trajectories(segment: Segment, offsets: Offsets) -> int:
+    begin, end = segment.begin * NS, segment.end * NS
+    return sum(begin <= at < end and one != Offset() for at, one in offsets)
 
 
 def _contact_kind(segment: Segment, speed: float) -> OrbitKind:

@@ -12,6 +12,7 @@ import pytest
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.core.offset import QUINTIC, Knot, OffsetState
+from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, replay_bag
 from bouncing_disk_ros.nodes.replay.replay_text import comparison_lines
 from bouncing_disk_ros.proof.bag_proof import BagProver
@@ -116,6 +117,20 @@ def test_an_offset_that_is_not_in_the_bag_is_seen_by_the_impacts(tmp_path: Path)
     assert "impacts are off the platform of the record" in said["not so"]
     known = made(tmp_path / "known", 12.0, {2.0: lift})
     assert known.restitution.value == pytest.approx(0.5, abs=1e-9)
+
+
+def test_an_orbit_that_a_loop_holds_is_found_though_it_is_unstable(tmp_path: Path) -> None:
+    phase = fixed_point(0.052 * (6.0 * math.pi) ** 2 / (math.pi * 10.0), 0.5).state.forcing_phase
+
+    def hold(session: Session) -> None:
+        knot = Knot(session.time_ns + NS, OffsetState(0.0), QUINTIC)
+        session.trajectory(Splice(session.time_ns, (knot,), None))
+
+    at = {"axial_amplitude": 0.052, "initial_forcing_phase": phase}
+    for acts, name in (({}, "unresolved"), ({2.0: hold}, "period-1")):
+        found = made(tmp_path / name, 8.0, acts, **at)
+        assert there(found.segments[0].orbit).name == name
+        assert words(found)["orbit found"].startswith(name)
 
 
 # --- windows --------------------------------------------------------------------------------------
