@@ -54,7 +54,7 @@ class Reading:
     energy: Energy | None
     state: str  # of the node: running, paused, inactive ...
     factor: float  # asked for
-    other_publishers: int
+    other_publishers: int  # of platform/motion
     fault: str = ""  # why the run has ended, if it has
     lost: int = 0  # messages of the command topics that did not arrive
     uncertain: Sequence[str] = ()  # command topics of which more may be lost
@@ -62,6 +62,7 @@ class Reading:
     motion_index: int = 0
     waiting: str = ""  # what a lockstep waits for
     overdue: bool = False  # it has waited for longer than is left unreported
+    other_clock: bool = False  # with publish_clock: another node publishes /clock
 
 
 class Ticks:
@@ -119,6 +120,9 @@ class Health:
             message = (
                 f"{now.state}, {lag:.3g} s behind: lower real_time_factor, state_rate or the load"
             )
+        if now.other_clock:
+            level = max(level, Level.WARN)
+            message += "; another node publishes /clock: end it, or start without publish_clock"
         if now.overdue:
             level, message = Level.ERROR, f"lockstep: {now.waiting}"
         if now.fault:

@@ -13,10 +13,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from std_srvs.srv import SetBool, Trigger
 
 from bouncing_disk_ros.niceness import SWITCH_SECONDS
+from bouncing_disk_ros.nodes.simulator import clocks
 from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.ros.from_messages import msg_to_joints, msg_to_motion, time_to_ns
 from bouncing_disk_ros.run.session import motion_of
@@ -187,6 +189,23 @@ def test_two_nodes_in_one_namespace_are_warned_of(live: LiveSimulators, peer: Pe
         return "another node publishes platform/motion" in message
 
     peer.spin_until(warned)
+
+
+def test_a_later_publisher_of_the_clock_is_warned_of(
+    live: LiveSimulators, peer: Peer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(clocks, "YOUNG_NS", 0)  # else it may have been there first
+    live(peer, publish_clock=True)
+
+    def warned() -> bool:
+        _, message, _ = peer.diagnostic("real time")
+        return "another node publishes /clock" in message
+
+    assert not warned()
+    other = peer.node.create_publisher(Clock, "/clock", 1)
+    peer.spin_until(warned)
+    peer.node.destroy_publisher(other)
+    peer.spin_until(lambda: not warned())
 
 
 # --- speed ----------------------------------------------------------------------------------------

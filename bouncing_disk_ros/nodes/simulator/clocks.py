@@ -125,6 +125,11 @@ class ClockOwnership:
         return now_ns - self._begin_ns <= YOUNG_NS
 
     @property
+    def is_shared(self) -> bool:
+        """Whether another publisher was there at the last look."""
+        return self._seen_ns is not None
+
+    @property
     def is_silent(self) -> bool:
         """Whether to publish nothing: another one is there, and may have been before."""
         return self._seen_ns is not None and self._seen_ns - self._begin_ns <= YOUNG_NS

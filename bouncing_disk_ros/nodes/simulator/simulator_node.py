@@ -255,8 +255,12 @@ class SimulatorNode(LifecycleNode):
         else:
             factor, now = float(self._values["real_time_factor"]), time.monotonic_ns()
             reading = Reading(now, 0, 0, 0, 0, 0, None, "unconfigured", factor, 0)
-        others = 0 if self.outputs is None else self.outputs.other_publishers
-        return replace(reading, lost=lost, uncertain=uncertain, other_publishers=others)
+        reading = replace(reading, lost=lost, uncertain=uncertain)
+        if self.outputs is None:
+            return reading
+        others, owner = self.outputs.other_publishers, self.outputs.clock_ownership
+        is_shared = owner is not None and owner.is_shared
+        return replace(reading, other_publishers=others, other_clock=is_shared)
 
     # --- inputs -----------------------------------------------------------------------------------
     def arrival(self, field: str) -> tuple[Session, Instant]:

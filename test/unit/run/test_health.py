@@ -72,6 +72,12 @@ def test_skipped_samples_are_a_warning_until_no_more_are_skipped() -> None:
         ({"energy": BOOKS._replace(residual=1e-6)}, "energy", Level.ERROR, "residual 1e-06"),
         ({"energy": None}, "energy", Level.OK, "no run"),
         ({"other_publishers": 1}, "inputs", Level.WARN, "another node publishes platform/motion"),
+        (
+            {"other_clock": True},
+            "real time",
+            Level.WARN,
+            "running; another node publishes /clock: ",
+        ),
     ],
 )
 def test_one_reading_has_its_level_and_words(
