@@ -69,7 +69,7 @@ class ImpactPrinter(Node):
         """Why nothing may have come."""
         topic = self._subscription.topic_name
         known = self.count_publishers(topic)
-        why = "the disk has had no impact" if known else "no node publishes it"
+        why = "no impact yet" if known else "no node publishes it"
         domain = f"ROS_DOMAIN_ID {self.context.get_domain_id()}"
         print(f"echo_impacts: waiting for {topic} in {domain}: {why}", file=sys.stderr, flush=True)
 
