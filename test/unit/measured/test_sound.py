@@ -81,7 +81,7 @@ def test_hits_are_found_with_their_true_times(
         found = heard(tmp_path, sound)
         near = np.abs(found.times[:, None] - sound.times).argmin(axis=0)
         away = found.times[near] - sound.times
-        common = float(np.median(away[np.abs(away) < NEAR]))
+        common = float(np.median(away[np.abs(away) < NEAR])) if (np.abs(away) < NEAR).any() else 0.0
         close = np.abs(away - common) < max(1e-3, 0.5 / frequency)
         clear = sound.decibels >= 20.0
         loud, quiet = clear & close & (sound.decibels >= 40.0), clear & close
@@ -166,6 +166,13 @@ def test_a_codec_that_leaves_no_noise_at_high_frequencies_hides_no_hits(tmp_path
     assert found.times == pytest.approx(
         sound.times + np.median(found.times - sound.times), abs=5e-4
     )
+
+
+def test_noise_that_a_codec_leaves_in_some_frames_is_no_hit(tmp_path: Path) -> None:
+    """None of 22 was found: near 16 kHz the codec leaves noise now and then, which was the hits."""
+    sound, _ = random_plate(np.random.default_rng(72014))
+    found = heard(tmp_path, sound, "a.mp3")
+    assert np.abs(deviations(found.times, sound.times)).max() < NEAR
 
 
 def test_an_impact_is_one_hit(tmp_path: Path) -> None:
