@@ -51,27 +51,12 @@ def orbit_curve(
 
     >>> orbit_curve(fixed_point(0.45, 0.5), "doubling").axial_forcing
     """
-    found = orbit_curves(orbit, [kind], window, largest_step=largest_step)
+    found: list[Curve] = []
+    add_curves(found, orbit, [kind], window or Window(), largest_step)
     if not found:
         allowed = "a kind that the orbit meets along Γ or ε within the window"
         raise InputError("kind", str(kind), allowed, "This orbit has none there")
     return found[0]
-
-
-def orbit_curves(
-    orbit: PeriodicOrbit,
-    kinds: list[CurveKind | str] | None = None,
-    window: Window | None = None,
-    *,
-    largest_step: float = LARGEST_STEP,
-) -> list[Curve]:
-    """All curves of these kinds (none given: fold, doubling, graze) that a periodic orbit meets.
-
-    As `orbit_curve`; several of one kind where the branches along Γ and ε meet several.
-    """
-    found: list[Curve] = []
-    add_curves(found, orbit, kinds or list(KINDS), window or Window(), largest_step)
-    return found
 
 
 def add_curves(
@@ -81,7 +66,7 @@ def add_curves(
     window: Window,
     largest_step: float,
 ) -> None:
-    """Add the curves of an orbit that are not among those found before."""
+    """Add the curves of an orbit, as `orbit_curve` gives them, that are not among those found."""
     window = window.checked()
     wanted = [_kind_of(kind) for kind in kinds]
     if orbit.contacts:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from bokeh.layouts import column
@@ -23,10 +23,10 @@ SHOWN_STEP = 0.1
 
 
 class PlayerPane:
-    """Plays a recorded run on one page: `time` is what is shown, simulated s; `clock` in s."""
+    """Plays a recorded run on one page: `time` is what is shown, simulated s."""
 
-    def __init__(self, link: RunLink, clock: Callable[[], float] = time.monotonic) -> None:
-        self._link, self._clock = link, clock
+    def __init__(self, link: RunLink) -> None:
+        self._link = link
         history = link.history
         with history.lock:
             rows = history.samples.rows["time"]
@@ -34,7 +34,7 @@ class PlayerPane:
             self.end = max(float(rows[-1]) if len(rows) else 1.0, self.begin + 1e-9)
         self.time = self.begin
         self.playing = True
-        self._before = clock()
+        self._before = time.monotonic()
         self._shown = self._before
         self._text: Mapping[str, float] = {}
         self.slider = Slider(
@@ -51,7 +51,7 @@ class PlayerPane:
 
     def advance(self) -> float:
         """The time to show now, s."""
-        now = self._clock()
+        now = time.monotonic()
         passed, self._before = now - self._before, now
         if self.playing:
             self.time = min(self.time + passed * SPEEDS[self.speed.active or 0], self.end)

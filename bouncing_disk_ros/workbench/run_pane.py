@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -171,11 +171,11 @@ def fitted(low: float, high: float, least: float, start: float, end: float) -> t
 
 
 class RunPane:
-    """Figures of a run for one page; `update` draws what is new. `clock` in s."""
+    """Figures of a run for one page; `update` draws what is new."""
 
-    def __init__(self, history: RunHistory, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, history: RunHistory) -> None:
         self.flow = FlowControl()
-        self._history, self._clock = history, clock
+        self._history = history
         self._view = RunView(history)
         self._figures = run_figures()
         self._window: SideWindow | None = None
@@ -208,7 +208,7 @@ class RunPane:
 
     def update(self, until: float = math.inf) -> Frame | None:
         """Draw what is new; None where nothing is, or the page is not done with the last frames."""
-        now = self._clock()
+        now = time.monotonic()
         if not self.flow.may_send(now):
             return None
         frame = self._view.frame(until)

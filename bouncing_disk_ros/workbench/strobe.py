@@ -41,13 +41,8 @@ def shown_motion(frequency: float, state_rate: float, real_time_factor: float) -
     return Shown(step, skipped, 1.0 / abs(step) / (state_rate * factor))
 
 
-def strobe_rate(
-    frequency: float,
-    wanted_rate: float,
-    real_time_factor: float = 1.0,
-    seconds: float = SHOWN_SECONDS,
-) -> float:
-    """A state_rate near a wanted one (Hz) whose samples show one period in so many seconds.
+def strobe_rate(frequency: float, wanted_rate: float, real_time_factor: float = 1.0) -> float:
+    """A state_rate near a wanted one (Hz) whose samples show one period in SHOWN_SECONDS.
 
     Samples come every n + 1/m periods, n whole and at least 1, m the samples in those seconds.
     Where the wanted rate has ENOUGH samples in a period, it is left as it is.
@@ -55,7 +50,7 @@ def strobe_rate(
     if frequency * ENOUGH <= wanted_rate:
         return wanted_rate
     skipped = max(1, round(frequency / wanted_rate))
-    samples = max(ENOUGH, round(frequency / skipped * (real_time_factor or 1.0) * seconds))
+    samples = max(ENOUGH, round(frequency / skipped * (real_time_factor or 1.0) * SHOWN_SECONDS))
     return frequency / (skipped + 1.0 / samples)
 
 

@@ -15,7 +15,7 @@ from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, fixed_point
 from bouncing_disk_ros.orbit_studies import curve_family as curve_family_module
 from bouncing_disk_ros.orbit_studies.contact_curves import MOST_IMPACTS, contact_curves
 from bouncing_disk_ros.orbit_studies.curve_family import curve_family
-from bouncing_disk_ros.orbit_studies.orbit_branch import add_curves, orbit_curve, orbit_curves
+from bouncing_disk_ros.orbit_studies.orbit_branch import KINDS, add_curves, orbit_curve
 from bouncing_disk_ros.orbit_studies.orbit_curves import Curve, SpecialKind, Window
 from bouncing_disk_ros.orbit_studies.orbit_equations import CurveKind, OrbitSystem
 from support.checks import refused
@@ -26,7 +26,9 @@ ROUNDING = 1e-12
 
 @pytest.fixture(scope="module")
 def period_one() -> list[Curve]:
-    return orbit_curves(fixed_point(0.45, 0.5), None, WIDE, largest_step=0.04)
+    found: list[Curve] = []
+    add_curves(found, fixed_point(0.45, 0.5), KINDS, WIDE, 0.04)
+    return found
 
 
 @pytest.fixture(scope="module")
@@ -75,8 +77,8 @@ def test_a_generalised_flip_is_where_the_doubling_becomes_hard(period_two: Perio
     window = Window((0.3, 0.7), (0.95, 0.995))
     places = []
     for step in (0.04, 0.026):
-        above = Window(WIDE.axial_forcing, (0.45, 0.98))
-        curves = orbit_curves(period_two, ["doubling"], above, largest_step=step)
+        curves: list[Curve] = []
+        add_curves(curves, period_two, ["doubling"], Window(WIDE.axial_forcing, (0.45, 0.98)), step)
         flips = [p for c in curves for p in c.special if p.kind is SpecialKind.GENERALISED_FLIP]
         flips = [p for p in flips if window.restitution[0] < p.restitution < window.restitution[1]]
         places.append(flips[0][1:])

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 from typing import Any
 from urllib.parse import parse_qsl
 
@@ -25,7 +25,7 @@ from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion, MotionInForce
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.units import shown_unit
-from bouncing_disk_ros.workbench import basin_pane
+from bouncing_disk_ros.workbench import basin_pane, run_pane
 from bouncing_disk_ros.workbench import page as page_module
 from bouncing_disk_ros.workbench.actions import (
     RUN_NAMES,
@@ -283,11 +283,11 @@ def test_a_refusal_is_shown_once_as_text_and_is_no_alarm_for_ever(
 
 
 def test_a_page_that_draws_nothing_is_not_sent_more(
-    page: Page, document: Document, link: ListLink
+    page: Page, document: Document, link: ListLink, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A browser that lies hidden acknowledges nothing; one that draws, the end of its axis."""
     clock = [0.0]
-    page.run._clock = lambda: clock[0]
+    monkeypatch.setattr(run_pane, "time", SimpleNamespace(monotonic=lambda: clock[0]))
     sent = []
     for k in range(60):
         clock[0] += 1 / 30
