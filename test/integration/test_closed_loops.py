@@ -20,7 +20,8 @@ from bouncing_disk_ros.run import control
 from bouncing_disk_ros.testing import SteppedSimulator
 from bouncing_disk_ros.units import NS
 from support.controllers import GateController, ImpactAnswerer, SampleAnswerer, move
-from support.lockstep_loop import Loop, columns, kept
+from support.digest import digest_of
+from support.lockstep_loop import Loop, kept
 from support.replayed import replayed
 from support.ros_peer import Peer
 
@@ -253,7 +254,7 @@ def test_whatever_happens_at_a_gate_the_run_goes_on_and_replays(loops: Callable[
     assert kinds >= {"trajectory", "motion", "pause", "reset", "parameters"}
     again_rows, _ = replayed(loop.all_records, run.session.time_ns + 1)
     rows = loop.rows
-    assert columns(again_rows[: len(rows)]) == columns(rows)
+    assert digest_of(again_rows[: len(rows)]) == digest_of(rows)
     assert len(rows) > 20
 
 

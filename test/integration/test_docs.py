@@ -25,13 +25,13 @@ from bouncing_disk_ros.measured import fit_options, impact_times
 from bouncing_disk_ros.nodes import echo_impacts, perform
 from bouncing_disk_ros.nodes.demo import demo
 from bouncing_disk_ros.nodes.recorder import recorder_options as recorder_options
+from bouncing_disk_ros.ros.qos import message_class
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import load_programme, parse_programme
 from bouncing_disk_ros.study.by_name import definition_of
 from bouncing_disk_ros.topics import SERVICES, TOPICS
 from bouncing_disk_ros.workbench import workbench
 from support.processes import environment
-from support.ros_peer import message_type
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = (ROOT / "README.md", *(ROOT / "docs").glob("*.md"))
@@ -100,7 +100,7 @@ def fill(message: Any, values: dict[str, Any]) -> None:
         elif isinstance(value, list) and value and isinstance(value[0], dict):
             kind = message.get_fields_and_field_types()[name].removeprefix("sequence<").rstrip(">")
             package, short = kind.split("/")
-            items = [message_type(f"{package}/msg/{short}")() for _ in value]
+            items = [message_class(f"{package}/msg/{short}")() for _ in value]
             for item, content in zip(items, value, strict=True):
                 fill(item, content)
             setattr(message, name, items)
@@ -122,12 +122,12 @@ def check_run(name: str, *rest: str) -> None:
 
 def check_publication(topic: str, kind: str, content: str) -> None:
     assert TOPICS[topic.removeprefix("/")].type == kind
-    fill(message_type(kind)(), yaml.safe_load(content))
+    fill(message_class(kind)(), yaml.safe_load(content))
 
 
 def check_call(service: str, kind: str, content: str = "{}") -> None:
     assert SERVICES[service.replace("/bouncing_disk", "~")].type == kind
-    fill(message_type(kind).Request(), yaml.safe_load(content))
+    fill(message_class(kind).Request(), yaml.safe_load(content))
 
 
 def check_setting(node: str, name: str, value: str) -> None:

@@ -15,6 +15,7 @@ import pytest
 from std_srvs.srv import SetBool
 
 from bouncing_disk_ros.run.input_records import Record
+from support.digest import Digest
 from support.lockstep_loop import Loop, digest
 from support.processes import Process, Starter
 from support.ros_peer import Peer
@@ -49,14 +50,14 @@ def loop(ros_domain: int, warm_kernels: None) -> Iterator[Loop]:
     made.close()
 
 
-def end_of(loop: Loop) -> str:
+def end_of(loop: Loop) -> Digest:
     """The digest of a run until it has had so many gates."""
     loop.spin_until(lambda: loop.gate > GATES)
     return digest(loop.records, loop.rows, GATES)
 
 
 @pytest.fixture(scope="module")
-def expected(ros_domain: int, warm_kernels: None) -> str:
+def expected(ros_domain: int, warm_kernels: None) -> Digest:
     """The digest of a run in one process, in which nobody is killed."""
     namespace: dict[str, Any] = {"__name__": "page"}
     exec(controller_of_the_page(), namespace)
@@ -74,7 +75,7 @@ def killed(start: Starter, page: str, edge: str, gate: int) -> Process:
 
 
 def test_whoever_ends_and_is_started_again_changes_nothing(
-    start: Starter, page: str, loop: Loop, expected: str
+    start: Starter, page: str, loop: Loop, expected: Digest
 ) -> None:
     """A controller is killed between its input and its answer; then the simulator is another one.
 
@@ -96,7 +97,7 @@ def test_whoever_ends_and_is_started_again_changes_nothing(
 
 @pytest.mark.soak
 def test_a_simulator_killed_at_a_gate_and_started_again_begins_anew(
-    start: Starter, page: str, expected: str
+    start: Starter, page: str, expected: Digest
 ) -> None:
     """The controller goes on with the new one, whose first gates it has answered before."""
     given = [part for name, value in VALUES.items() for part in ("-p", f"{name}:={value}")]

@@ -18,6 +18,7 @@ from integration.test_lockstep_processes import GATES as GATES_HERE
 from bouncing_disk_ros.run.gates import Gates, State
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.units import NS
+from support.digest import Digest
 from support.lockstep_loop import Loop, digest
 from support.processes import Starter
 from support.ros_peer import Peer
@@ -31,7 +32,7 @@ RUNS_EACH = -(-RUNS // 9)  # of each transport and executor
 GATES = int(os.environ.get("BOUNCING_DISK_LOCKSTEP_GATES", "100000"))
 SECONDS_PER_GATE = 150.0 / 100_000
 INPUTS = 30
-DIGESTS: dict[str, str] = {}
+DIGESTS: dict[Digest, str] = {}
 """Of all runs, and which was the first with each."""
 SIMULATOR = ("simulator", "--ros-args", "-p", "real_time_factor:=0.0", "-p")
 
@@ -62,7 +63,7 @@ def test_runs_under_varying_load_have_one_digest(
     print(f"\n{RUNS_EACH} runs, {transport}, {executor}: {took:.1f} s, digest {digest[:16]}")
 
 
-def digest_of_a_run(start: Starter, executor: str, load: float) -> str:
+def digest_of_a_run(start: Starter, executor: str, load: float) -> Digest:
     """Of the first trajectories that a controller sends, and of all impacts up to the last."""
     peer = Peer()
     simulator = start(*SIMULATOR, "lockstep:=impact")
@@ -111,7 +112,7 @@ def test_of_two_controllers_either_is_killed_at_each_edge(
     page = tmp_path / "controller.py"
     page.write_text(controller_of_the_page(), encoding="utf-8")
     found: dict[str, int] = {}
-    expected = ""
+    expected: Digest | None = None
     for k in range(-1, ENDS):
         number, edge = PAIRS[k % len(PAIRS)]
         loop = Loop(0, numbers="1 2", autostart=first == "simulator", **VALUES)

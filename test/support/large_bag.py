@@ -41,14 +41,6 @@ WAYS: dict[str, Callable[[bag.Bag], int]] = {
 }
 
 
-NAMES = {
-    "messages": "messages, one by one",
-    "decoded": "decoded, one by one",
-    "columns": "columns, 80 MB of them at a time",
-    "rows": "rows, 80 MB of them at a time",
-}
-
-
 def make(folder: Path, gigabytes: float) -> int:
     """Write a large bag, half clouds of 625 impacts, half rows of numbers; how many of each."""
     from array import array

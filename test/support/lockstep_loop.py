@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -17,6 +15,7 @@ from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.units import NS
 from support.controllers import GateController
+from support.digest import Digest, digest_of
 from support.ros import Nodes
 
 
@@ -34,18 +33,12 @@ def kept(node: SimulatorNode) -> list[Record]:
     return records
 
 
-def digest(records: Sequence[Record], rows: NDArray[Any], count: int) -> str:
+def digest(records: Sequence[Record], rows: NDArray[Any], count: int) -> Digest:
     """Of the first trajectories of a run, and of its impacts until the last of them."""
     inputs = [one for one in records if one["kind"] == "trajectory"][:count]
     assert len(inputs) == count
-    text = json.dumps([[one["time_ns"], one["begin_ns"], one["joints"]] for one in inputs])
-    some = rows[rows["time"] <= inputs[-1]["time_ns"] / NS]
-    return hashlib.sha256(text.encode() + columns(some)).hexdigest()
-
-
-def columns(rows: NDArray[Any]) -> bytes:
-    """The bytes of all fields: between them there may be anything."""
-    return b"".join(rows[name].tobytes() for name in rows.dtype.names or ())
+    moves = [[one["time_ns"], one["begin_ns"], one["joints"]] for one in inputs]
+    return digest_of([moves, rows[rows["time"] <= inputs[-1]["time_ns"] / NS]])
 
 
 class Loop(Nodes):

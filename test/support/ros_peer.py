@@ -5,7 +5,6 @@ Every wait is for a condition: nothing is sent before the other side is matched,
 
 from __future__ import annotations
 
-import importlib
 from typing import Any
 
 import numpy as np
@@ -14,19 +13,12 @@ from rclpy.node import Node
 
 from bouncing_disk_ros.core.model import join_rows
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg, time_to_ns
-from bouncing_disk_ros.ros.qos import profile_of
+from bouncing_disk_ros.ros.qos import publisher_of, subscription_to
 from bouncing_disk_ros.ros.to_messages import programme_to_msg
 from bouncing_disk_ros.run.command_validation import PointRequest, ProgrammeRequest
 from bouncing_disk_ros.run.input_records import Record, from_json
 from bouncing_disk_ros.topics import TOPICS, Direction
 from support.ros import Nodes
-
-
-def message_type(name: str) -> type[Any]:
-    """The class of a type named package/kind/Name."""
-    package, kind, short = name.split("/")
-    found: type[Any] = getattr(importlib.import_module(f"{package}.{kind}"), short)
-    return found
 
 
 class Peer(Nodes):
@@ -48,9 +40,7 @@ class Peer(Nodes):
         for name, topic in TOPICS.items():
             if topic.direction is Direction.OUT and name not in without:
                 self.heard[name] = []
-                self.node.create_subscription(
-                    message_type(topic.type), name, self.heard[name].append, profile_of(topic)
-                )
+                subscription_to(self.node, topic, self.heard[name].append)
 
     def add(self, node: Node) -> None:
         """Run the callbacks of another node too."""
@@ -67,12 +57,9 @@ class Peer(Nodes):
 
     def publisher(self, name: str) -> Any:
         """The publisher of a command topic, once somebody listens."""
-        topic = TOPICS[name]
-        if name not in self._publishers:
-            self._publishers[name] = self.node.create_publisher(
-                message_type(topic.type), name, profile_of(topic)
-            )
-        publisher = self._publishers[name]
+        publisher = self._publishers.get(name)
+        if publisher is None:
+            publisher = self._publishers[name] = publisher_of(self.node, name)
         self.spin_until(lambda: publisher.get_subscription_count() > 0)
         return publisher
 

@@ -14,8 +14,7 @@ from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.session import EVENTS_AT_ONCE
 from bouncing_disk_ros.run.time_map import FAR_NS
 from support.commanded import WALL_NS, CommandedSession
-from support.random_commands import RandomCommands, between
-from support.random_trajectories import RandomTrajectories
+from support.random_commands import RandomCommands, RandomTrajectories, between
 from support.replayed import replayed
 
 COMMANDS = 1000

@@ -96,6 +96,3 @@ def test_the_citation_has_the_version_of_the_package_and_the_page_the_stored_run
     assert citation["authors"]
     page = PAGE.read_text("utf-8")
     assert with_table(page, json.loads(LAST.read_text("utf-8"))) == page
-
-
-# --- the bench ------------------------------------------------------------------------------------

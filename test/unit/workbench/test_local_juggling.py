@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from typing import Any
 
@@ -11,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.model import Disk, InitialState, Motion, MotionInForce
+from bouncing_disk_ros.core.model import InitialState, MotionInForce
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.juggling.juggler import Juggler
 from bouncing_disk_ros.juggling.loop_verdict import Outcome
@@ -20,13 +19,10 @@ from bouncing_disk_ros.run.loop import Loop
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.workbench.local_juggling import LocalJuggling
 from support.checks import refused
+from support.juggle_loops import DISK, FREQUENCY, GRAVITY, REPORTED, motion_of
 
-FREQUENCY, GRAVITY, PERIODS = 3.0, 9.81, 20
+PERIODS = 20
 BELIEVED = {"restitution": 0.5, "gravity": GRAVITY}
-
-
-def motion_of(forcing: float) -> Motion:
-    return Motion(forcing * GRAVITY / (4.0 * math.pi * FREQUENCY**2), 0.0, FREQUENCY, 0.0)
 
 
 class Juggled:
@@ -64,10 +60,9 @@ def test_its_impacts_are_those_of_the_loop_in_one_process(warm_kernels: None) ->
     forcing, strategy = 0.60, "impact_time"
     juggled = Juggled(forcing, strategy)
     juggled.run(PERIODS)
-    motion, disk = motion_of(forcing), Disk(0.5, 0.5, 0.3, 0.1, 0.1, GRAVITY)
-    reported = float(parameters.DEFAULTS["chatter_report_speed"])
-    simulation = Simulation(motion, disk, InitialState(), chatter_report_speed=reported)
-    expected = run_loop(simulation, Juggler(strategy, motion, disk), periods=PERIODS)
+    motion = motion_of(forcing)
+    simulation = Simulation(motion, DISK, InitialState(), chatter_report_speed=REPORTED)
+    expected = run_loop(simulation, Juggler(strategy, motion, DISK), periods=PERIODS)
     rows = np.concatenate(juggled.rows)
     assert expected.verdict.outcome is Outcome.CAPTURED
     impacts = expected.verdict.impacts
