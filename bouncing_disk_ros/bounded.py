@@ -12,22 +12,7 @@ _FIRST = 1024
 """Rows for which there is space at first."""
 
 
-class _Bounded(list[T]):
-    """A list whose copies are equal to it: `copy` and `pickle` may append item by item."""
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return _restored, (type(self), list(self), vars(self).copy())
-
-
-def _restored(kind: type[_Bounded[T]], items: list[T], more: dict[str, Any]) -> _Bounded[T]:
-    """The list with these items and attributes."""
-    found = kind.__new__(kind)
-    found.extend(items)
-    vars(found).update(more)
-    return found
-
-
-class Downsampled(_Bounded[T]):
+class Downsampled(list[T]):
     """A list that keeps every first, second, fourth ... of what is appended, at most `most`."""
 
     def __init__(self, most: int) -> None:
@@ -44,7 +29,7 @@ class Downsampled(_Bounded[T]):
         self._seen += 1
 
 
-class Newest(_Bounded[T]):
+class Newest(list[T]):
     """A list that keeps the newest of what is appended, at most twice `most`."""
 
     def __init__(self, most: int) -> None:

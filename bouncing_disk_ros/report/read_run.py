@@ -135,7 +135,10 @@ def read_run(path: str | Path, namespace: str | None = None, run: int = 0) -> Ru
         reader = BagRun(opened, ReadOptions(namespace, run))
         for _ in reader.read():
             pass
-        return reader.record
+    for name, kept in vars(reader.record).items():
+        if isinstance(kept, Downsampled | Newest):  # a copy appends its items, and would cut them
+            setattr(reader.record, name, list(kept))
+    return reader.record
 
 
 def names_of(namespace: str) -> dict[str, str]:

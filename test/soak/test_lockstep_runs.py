@@ -60,7 +60,7 @@ def test_runs_under_varying_load_have_one_digest(
         assert len(DIGESTS) == 1, DIGESTS
     took = time.monotonic() - begin
     (digest,) = DIGESTS
-    print(f"\n{RUNS_EACH} runs, {transport}, {executor}: {took:.1f} s, digest {digest[:16]}")
+    print(f"\n{RUNS_EACH} runs, {transport}, {executor}: {took:.1f} s, digest {digest.numbers}")
 
 
 def digest_of_a_run(start: Starter, executor: str, load: float) -> Digest:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import copy
 import math
-import pickle
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -69,22 +66,3 @@ def test_a_list_keeps_the_newest_and_a_downsampled_one_even_steps() -> None:
         sparse.append(number)
     assert 4 <= len(sparse) <= 8
     assert sparse == list(range(0, 1000, sparse.step))
-
-
-@pytest.mark.parametrize("kind", [Downsampled, Newest])
-@pytest.mark.parametrize(
-    "copied", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))]
-)
-def test_a_copy_has_the_same_items_and_goes_on_alike(
-    kind: type[Downsampled[int] | Newest[int]], copied: Callable[..., Downsampled[int]]
-) -> None:
-    kept = kind(8)
-    for number in range(50):
-        kept.append(number)
-    another = copied(kept)
-    assert another == kept
-    for number in range(50, 100):
-        kept.append(number)
-        another.append(number)
-    assert another == kept
-    assert vars(another) == vars(kept)

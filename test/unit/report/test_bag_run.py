@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import pickle
 from collections.abc import Callable
+from copy import deepcopy
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,6 +19,7 @@ from bouncing_disk_ros.core.model import join_rows
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, replay_bag
 from bouncing_disk_ros.nodes.replay.replay_text import verdict
+from bouncing_disk_ros.report import read_run
 from bouncing_disk_ros.report.message_order import Losses, RunOrder, Sign, in_order_of_sending
 from bouncing_disk_ros.report.read_run import BagRun, ReadOptions
 from support.checks import refused, there
@@ -92,6 +95,16 @@ def test_rows_that_no_snapshot_precedes_are_in_the_verdict(tmp_path: Path) -> No
         found = replay_bag(Recorded(opened))
     left = len(join_rows(without.rows))
     assert verdict(found).endswith(f" impacts, {left} rows not compared")
+
+
+def test_a_record_of_thinned_samples_is_copied_whole(
+    period_one: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A copy appended them one by one, and left some out again."""
+    monkeypatch.setattr(read_run, "MOST_SAMPLES", 8)
+    record = read_run.read_run(period_one())
+    assert 4 <= len(record.states) < 8
+    assert deepcopy(record).states == pickle.loads(pickle.dumps(record)).states == record.states
 
 
 def test_simulators_are_chosen_by_namespace(tmp_path: Path) -> None:
