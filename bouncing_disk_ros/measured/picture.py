@@ -44,6 +44,10 @@ def tables_of(fit: ImpactFit) -> list[Table]:
                 ),
             )
         )
+    if fit.sound:
+        from bouncing_disk_ros.measured.sound_picture import sound_lines
+
+        data.append(("sound", "; ".join(sound_lines(fit.sound))))
     data.append(("goodness of fit", _goodness_text(fit)))
     rows = []
     for name, found in fit.parameters.items():

@@ -43,8 +43,9 @@ UNEVEN = 0.1
 _ROUNDS = 8
 _SETS = 3
 """Sets of sounds that are alike: hits, a voice, and bumps. Chosen, not tried."""
-_NEAREST = 7
-"""Hits whose median is the shape that a sound is compared with. Chosen, not tried."""
+_NEAREST, _NEXT = 7, 3
+"""Hits whose median is the shape that a sound is compared with, and those of a wider set. Chosen:
+with three alone, parts of voices were taken for hits."""
 _SAME = 5e-3
 """One minus the cosine of sounds that noise alone makes different: nearer ones count no more.
 Chosen, not tried."""
@@ -52,12 +53,13 @@ Chosen, not tried."""
 
 def alike(
     samples: Array, peaks: NDArray[np.intp], loudest: Array, rate: float, floor: float
-) -> list[NDArray[np.bool_]]:
+) -> list[tuple[NDArray[np.bool_], NDArray[np.bool_]]]:
     """Which of the sounds at `peaks` belong to each set that sounds alike, the clearest set first.
 
     A set counts by how alike its sounds are, and by how far they rise above the loudest that was
-    heard just before, where they are loud. `loudest`: energy at each peak. `floor`: rms of the
-    rounding.
+    heard just before, where they are loud. With each set comes a wider one, whose sounds are like
+    the next ones in level: the sound of a ball may change with its speed. `loudest`: energy at each
+    peak. `floor`: rms of the rounding.
     """
     if not len(peaks):
         return []
@@ -74,9 +76,8 @@ def alike(
     counts = rise * (np.maximum(near, 0.0) @ rise + 1e-6)
     attack, heard = (n * _STEP * spectra.size for n in (_ATTACK, _BEFORE[1] + _FADES[-1][1]))
 
-    def grown(first: int) -> NDArray[np.bool_]:
-        """The set of sounds like the first one, like the median of these, and so on."""
-        kinds = np.tile(shapes[first], (len(shapes), 1))
+    def grown(kinds: Array, nearest: int) -> NDArray[np.bool_]:
+        """The set of sounds like the first ones, like the median of these, and so on."""
         is_hit = np.zeros(len(peaks), bool)
         for _ in range(_ROUNDS):
             found = np.sum(shapes * kinds, axis=1) > least * np.linalg.norm(kinds, axis=1)
@@ -85,26 +86,26 @@ def alike(
             found = _clear(found, is_louder, begins, loudest, heard)
             if not found.any() or (found == is_hit).all():
                 break
-            is_hit, kinds = found, _kinds(shapes, np.log(loudest), found)
+            is_hit, kinds = found, _kinds(shapes, np.log(loudest), found, nearest)
         return is_hit
 
-    sets = list[NDArray[np.bool_]]()
+    sets = list[tuple[NDArray[np.bool_], NDArray[np.bool_]]]()
     is_tried = counts <= 0.0
     for _ in range(_SETS):
         first = int(np.argmax(np.where(is_tried, -1.0, counts)))
-        one = grown(first)
+        one = grown(np.tile(shapes[first], (len(shapes), 1)), _NEAREST)
         is_tried[first] = True
-        if one.any() and not any(np.array_equal(one, other) for other in sets):
-            sets.append(one)
+        if one.any() and not any(np.array_equal(one, other) for other, _ in sets):
+            sets.append((one, grown(_kinds(shapes, np.log(loudest), one, _NEXT), _NEXT)))
             is_tried |= one
     return sets
 
 
-def _kinds(shapes: Array, levels: Array, is_hit: NDArray[np.bool_]) -> Array:
+def _kinds(shapes: Array, levels: Array, is_hit: NDArray[np.bool_], nearest: int) -> Array:
     """For each sound the median shape of the hits nearest in level: weak ones sound duller."""
     hits = np.flatnonzero(is_hit)
     away = np.abs(levels[:, None] - levels[hits])
-    near = hits[np.argsort(away, axis=1, kind="stable")[:, :_NEAREST]]
+    near = hits[np.argsort(away, axis=1, kind="stable")[:, :nearest]]
     return np.asarray(np.median(shapes[near], axis=1))
 
 

@@ -62,6 +62,8 @@ _EARLIER = 0.75
 """Part of the sound before an onset that tells the noise: nothing of the hit is in it."""
 _LIKELY = float(-np.log(0.01))
 """Evidence of flights that hits of no law have once in a hundred recordings, at most."""
+_APART = 0.02
+"""So close, s, two sounds are parts of one impact: a codec spreads it. Chosen, not tried."""
 _CUT = 4
 """Samples at the largest value of a file that is clipped: one crest of a tone has fewer, unless it
 is rounded to a few bits. Chosen, not tried."""
@@ -184,18 +186,32 @@ def _heard(name: str, samples: Array, rate: float, least: float) -> ImpactSound 
     )  # fmt: skip
 
 
-def _of_flights(sets: list[NDArray[np.bool_]], times: Array) -> NDArray[np.bool_]:
-    """The set with the likeliest flights on a platform at rest; where none has any, the first."""
-    if len(sets) == 1:
-        return sets[0]
+def _of_flights(
+    sets: list[tuple[NDArray[np.bool_], NDArray[np.bool_]]], times: Array
+) -> NDArray[np.bool_]:
+    """The set with the likeliest flights on a platform at rest; where none has any, the first.
+
+    With it those sounds of its wider set that are landings of the same flights: a ball can sound
+    otherwise at low speed.
+    """
+    if len(sets) == 1 and not (sets[0][1] & ~sets[0][0]).any():
+        return sets[0][0]
     from bouncing_disk_ros.measured.sequence import at_rest  # kernels, which take time to load
 
     gravity = float(DEFAULTS["gravity"])
     evidences = [
         at_rest(times[one], gravity, least=_LIKELY).evidence if one.sum() > 2 else 0.0
-        for one in sets
+        for one, _ in sets
     ]
-    return sets[int(np.argmax(np.maximum(evidences, _LIKELY)))]
+    best = int(np.argmax(np.maximum(evidences, _LIKELY)))
+    found, wider = sets[best]
+    if not evidences[best] > _LIKELY:
+        return found
+    is_apart = np.abs(times[:, None] - times[found]).min(axis=1) > _APART
+    both = np.flatnonzero(found | (wider & is_apart))
+    chain = at_rest(times[both], gravity, least=evidences[best] + _LIKELY)
+    found[both[chain.kept]] = True  # none, if it is not likelier
+    return found
 
 
 def _clipped(samples: Array) -> NDArray[np.intp]:
