@@ -252,7 +252,7 @@ def test_a_ball_may_sound_duller_at_low_speed(tmp_path: Path) -> None:
     """Tones of 2.5 and 6 kHz fall with the cube of the speed: 6 of 12 impacts were unlike hits."""
     rng = np.random.default_rng(3)
     times = drop_times(rng, 0.75, 0.7, 0.03)
-    levels = 0.75 ** np.arange(len(times))
+    levels = 0.75 ** np.arange(len(times), dtype=np.float64)
     low = sound_of(
         rng, times, levels, rate=48000.0, frequency=500.0, decay=8e-3, noise=1e-4
     ).samples
