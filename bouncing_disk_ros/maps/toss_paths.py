@@ -23,6 +23,9 @@ from bouncing_disk_ros.maps.tosses import (
 )
 from bouncing_disk_ros.units import NS
 
+LONGEST = 1e6
+"""So long (s) one toss is followed."""
+
 
 class TossPaths(NamedTuple):
     """Closed paths of the hand; (...) is the broadcast shape of the θ and φ_L asked for."""
@@ -97,13 +100,13 @@ def toss_trajectory(
 ) -> TossTrajectory:
     """One toss in time, at evenly spaced instants (whole nanoseconds) from the start.
 
-    `duration` (s): how long; without it, up to the first impact. InputError where the disk never
-    leaves the platform and no duration is given.
+    `duration` (s): how long; without it, up to the first impact, if it comes within some 1e6 s.
+    InputError where the disk never leaves the platform and no duration is given.
     """
     if samples < 2:
         raise InputError("samples", samples, "a whole number >= 2")
-    if duration is not None and not 0.0 < duration < 1e6:
-        raise InputError("duration", duration, "a number > 0 and < 1e6 s")
+    if duration is not None and not 0.0 < duration <= LONGEST:
+        raise InputError("duration", duration, f"a number > 0 and <= {LONGEST:g} s")
     start = {"angular_velocity": angular_velocity, "forcing_phase": forcing_phase}
     found = toss(phase_lag, amplitude_angle, setting, **start)
     delay, speed = float(found.delay), float(found.airborne_speed)
@@ -117,10 +120,12 @@ def toss_trajectory(
     period = 1.0 / setting.frequency
     end = delay + period if duration is None else duration
     rows, _ = run.advance(round(end * NS))
-    while len(rows) == 0 and duration is None:
-        rows, _ = run.advance(run.time_ns + round(period * NS))
+    while len(rows) == 0 and duration is None and end < LONGEST:
+        end *= 2.0
+        rows, _ = run.advance(round(end * NS))
     landing = float(rows["time"][0]) if len(rows) else math.nan
-    end = landing if duration is None else duration
+    if duration is None and len(rows):
+        end = landing
     taken = _samples(Simulation(motion, setting.disk, initial), end, samples)
     return _trajectory(taken, speed, delay, landing)
 

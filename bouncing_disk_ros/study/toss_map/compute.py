@@ -14,7 +14,14 @@ from bouncing_disk_ros.angles import angles_of
 from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.best_toss import Extreme, Ridge, bounded_measures, extreme, ridge
-from bouncing_disk_ros.maps.tosses import CODES, LOWEST, TossSetting, check_setting, toss
+from bouncing_disk_ros.maps.tosses import (
+    CODES,
+    LOWEST,
+    TossSetting,
+    check_setting,
+    separation_phase,
+    toss,
+)
 from bouncing_disk_ros.parameters import DEFAULTS, Value
 from bouncing_disk_ros.study.computation import Arrays, Axis, Field, Region, Row, Study, variables
 
@@ -106,6 +113,8 @@ class TossMap(Study):
     @cached_property
     def extremes(self) -> list[Extreme]:
         """The largest airborne speed, speed ratio (where it is bounded) and efficiency."""
+        if not self._throws:
+            return []
         speed = float(self.parameters["initial_angular_velocity"])
         phase = float(self.parameters["initial_forcing_phase"])
         return [
@@ -118,7 +127,13 @@ class TossMap(Study):
         given = self.parameters
         starts = float(given["initial_angular_velocity"]), float(given["initial_forcing_phase"])
         still = starts[0] == 0.0 and math.remainder(starts[1] - LOWEST, math.tau) == 0.0
-        return ridge(self.setting) if still and self.setting.disk.friction > 0.0 else None
+        turns = self._throws and self.setting.disk.friction > 0.0
+        return ridge(self.setting) if still and turns else None
+
+    @property
+    def _throws(self) -> bool:
+        """Whether the axial motion alone, of the largest amplitude, throws the disk."""
+        return math.isfinite(separation_phase(0.0, self.setting))
 
 
 _EXTREME = {

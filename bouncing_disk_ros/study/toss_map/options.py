@@ -50,7 +50,7 @@ _SPECS = (
 
 def _pictures(study: TossMap, result: xr.Dataset) -> Mapping[str, Figure]:
     from bouncing_disk_ros.maps.toss_paths import toss_trajectory
-    from bouncing_disk_ros.maps.tosses import Toss
+    from bouncing_disk_ros.maps.tosses import Toss, separation_phase
     from bouncing_disk_ros.study.toss_map.picture import maps_figure
     from bouncing_disk_ros.study.toss_paths.picture import toss_title, trajectories_figure
 
@@ -59,11 +59,13 @@ def _pictures(study: TossMap, result: xr.Dataset) -> Mapping[str, Figure]:
     lag, angle = result["phase_lag"].values, result["amplitude_angle"].values
     given = study.parameters
     lags, at = study.trajectory_lags, float(given["trajectory_angle"])
+    never_leaves = math.isnan(separation_phase(at, study.setting))
     runs = [
         toss_trajectory(
             one, at, study.setting,
             angular_velocity=float(given["initial_angular_velocity"]),
             forcing_phase=float(given["initial_forcing_phase"]),
+            duration=1.0 / study.setting.frequency if never_leaves else None,
         )
         for one in lags
     ]  # fmt: skip
@@ -75,6 +77,8 @@ def _pictures(study: TossMap, result: xr.Dataset) -> Mapping[str, Figure]:
 
 def lines(result: xr.Dataset) -> list[str]:
     """The extremal points."""
+    from bouncing_disk_ros.maps.single_toss import TOSS_STAYS  # loads kernels
+
     found = []
     for i in range(result.sizes["extreme"]):
         one = {name: result[f"extreme_{name}"].values[i] for name in (
@@ -87,6 +91,8 @@ def lines(result: xr.Dataset) -> list[str]:
             f"α̇_f = {abs(float(one['airborne_speed'])):.3f} rad/s, "
             f"ν = {abs(float(one['speed_ratio'])):.4f}, η = {float(one['efficiency']):.4f}"
         )
+    if not found and (result["code"] == TOSS_STAYS).all():
+        return ["  the disk never leaves the platform: axial forcing at most 1/π"]
     return found
 
 

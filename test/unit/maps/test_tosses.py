@@ -129,6 +129,18 @@ def test_a_duration_may_be_given() -> None:
     )
 
 
+def test_a_flight_of_many_periods_ends_and_one_without_end_is_cut() -> None:
+    setting = PAPER._replace(disk=PAPER_DISK._replace(gravity=1e-4))
+    run = toss_trajectory(0.0, 0.7, setting, samples=3)
+    assert run.landing_time == pytest.approx(run.time[-1], abs=2e-9)
+    speed = run.axial_velocity[1] + 1e-4 * run.time[1]
+    assert run.landing_time == pytest.approx(2.0 * speed / 1e-4, abs=1e4)
+    setting = PAPER._replace(disk=PAPER_DISK._replace(gravity=1e-7))
+    cut = toss_trajectory(0.0, 0.7, setting, samples=3)
+    assert math.isnan(cut.landing_time)
+    assert 1e6 <= cut.time[-1] < 2e6
+
+
 def test_ridge_without_slip_or_none_or_one_without_end() -> None:
     """ν = 1 along θ = −τ_sep as long as friction can brake the disk with the platform to the end.
 

@@ -252,6 +252,21 @@ def test_a_map_says_what_is_given_and_shows_no_forcing_below_zero() -> None:
         assert figure.axes[0].get_xlim()[0] == figure.axes[0].get_ylim()[0] == 0.0
 
 
+@pytest.mark.parametrize("given", [{"gravity": 1e3}, {"frequency": 1e-6}])
+def test_a_map_of_tosses_that_never_leave_is_nan_and_says_why(given: dict[str, float]) -> None:
+    figures, lines, result = shown(toss_map, phase_lag_count=3, amplitude_angle_count=3, **given)
+    assert list(figures) == ["toss_map", "trajectories"]
+    assert lines == ["  the disk never leaves the platform: axial forcing at most 1/π"]
+    assert np.isnan(result["airborne_speed"]).all()
+
+
+def test_a_toss_that_is_drawn_need_not_leave() -> None:
+    figures, _, _ = shown(
+        toss_map, phase_lag_count=3, amplitude_angle_count=3, trajectory_angle=1.57
+    )
+    assert list(figures) == ["toss_map", "trajectories"]
+
+
 def test_toss_maps() -> None:
     figures, lines, result = shown(toss_map, phase_lag_count=9, amplitude_angle_count=9,
                               trajectory_lags="0")  # fmt: skip
