@@ -17,7 +17,7 @@ from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.juggling.juggler import Controller, Juggler, OffsetTrajectory
 from bouncing_disk_ros.juggling.loop_settings import Array, Limits, Sensor, check_strategy
 from bouncing_disk_ros.juggling.loop_verdict import Outcome, Watch
-from bouncing_disk_ros.juggling.own_controller import Setup, load_controller
+from bouncing_disk_ros.juggling.own_controller import Setup, file_of, load_controller
 from bouncing_disk_ros.juggling.simulated_loop import hear_row, heard_of
 from bouncing_disk_ros.juggling.target_orbit import (
     OWN,
@@ -118,6 +118,8 @@ class LiveLoop:
     def __init__(self, options: LoopOptions, strategy: str, target: str = OWN) -> None:
         self.options, self.strategy, self.target = options, strategy, target
         self._check(strategy, target)
+        if options.controller:
+            file_of(options.controller)
         self.loop: WatchedLoop | None = None
         self.text, self.more = "waiting for platform/motion", ""
 

@@ -23,11 +23,17 @@ class Setup(NamedTuple):
     phase: float  # forcing phase at simulated time 0, rad
 
 
-def load_controller(file: str | Path, setup: Setup) -> Controller:
-    """The controller that `make_controller(setup)` of a file returns; InputError in one line."""
+def file_of(file: str | Path) -> Path:
+    """The file of a controller; InputError where there is none."""
     path = Path(file)
     if not path.is_file():
         raise InputError("controller", str(file), "a Python file", "There is no such file.")
+    return path
+
+
+def load_controller(file: str | Path, setup: Setup) -> Controller:
+    """The controller that `make_controller(setup)` of a file returns; InputError in one line."""
+    path = file_of(file)
     try:
         function = runpy.run_path(str(path)).get(FUNCTION)
     except Exception as error:  # noqa: BLE001 (whatever a user's file raises)

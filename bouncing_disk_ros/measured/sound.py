@@ -120,7 +120,7 @@ def _samples(path: Path) -> tuple[Array, float, float]:
     except ModuleNotFoundError as error:
         raise MissingLibraryError("recording", str(error.name)) from None
     if not path.is_file():
-        raise InputError("recording", str(path), "a file")
+        raise InputError("recording", str(path), "a file", "There is no file of that name.")
     try:
         with soundfile.SoundFile(path) as sound:
             if sound.frames * sound.channels > MOST_SAMPLES:

@@ -103,14 +103,15 @@ def lines(result: xr.Dataset) -> list[str]:
         preloads = result["preload"].values
         if not ((preloads > doubled) & (preloads < none)).any():
             axis = "x" if result["mean_speed"].dims[1] == "preload" else "y"
-            rows.append(f"  no preload of the axis lies in that range: {axis}_begin:={doubled:.3g} "
-                        f"{axis}_end:={none:.3g} shows it")  # fmt: skip
+            begin, end = f"{doubled:.3g}", f"{none:.3g}"
+            shown = f": {axis}_begin:={begin} {axis}_end:={end} shows it" if begin != end else ""
+            rows.append(f"  no preload of the axis lies in that range{shown}")
     settled = result["kind"].attrs["flag_meanings"].split().index("not_settled")
     if count := int((result["kind"] == result["kind"].attrs["flag_values"][settled]).sum()):
         rows.append(f"  the speed has not settled within longest periods at {count} points, or "
                     "nothing settles it")  # fmt: skip
-    rough = result["mean_speed_error"] > 1e-3 * abs(result["mean_speed"]).max()
-    if count := int(rough.sum()):
+    top = float(abs(result["mean_speed"]).max())
+    if count := int((result["mean_speed_error"] > 1e-3 * top).sum()) if top > 0.0 else 0:
         rows.append(f"  the mean speed has a standard error of more than 1/1000 of the largest one "
                     f"at {count} points: increase longest to improve them")  # fmt: skip
     return rows

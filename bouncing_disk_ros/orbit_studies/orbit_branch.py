@@ -74,7 +74,8 @@ def add_curves(
     if not 0.0 < largest_step < math.inf:
         raise InputError("largest_step", largest_step, "a number > 0")
     for start in starts_of(orbit, window):
-        if start.system.kind in wanted and not any(_lies_on(start, curve) for curve in found):
+        known = any(_lies_on(start, curve, largest_step) for curve in found)
+        if start.system.kind in wanted and not known:
             found.append(traced_curve(start.system, start.unknowns, window, largest_step))
 
 
@@ -84,20 +85,23 @@ def _kind_of(kind: CurveKind | str) -> CurveKind:
     return CurveKind(kind)
 
 
-def _lies_on(start: Start, curve: Curve) -> bool:
-    """Whether a solution is on a curve that is known."""
+def _lies_on(start: Start, curve: Curve, largest_step: float) -> bool:
+    """Whether a solution is on a curve that is known, between two of its points."""
     system = start.system
     if (system.kind, system.impacts, system.cycles) != curve[:3]:
         return False
     place = system.parameters(start.unknowns)
     phases = start.unknowns[: system.impacts]
-    far = np.hypot(curve.axial_forcing - place[0], curve.restitution - place[1])
+    from_start = np.stack((curve.axial_forcing - place[0], curve.restitution - place[1]), axis=1)
+    chord = np.diff(from_start, axis=0, append=from_start[-1:])
+    along = -np.sum(from_start * chord, axis=1) / np.maximum(np.sum(chord**2, axis=1), 1e-300)
+    far = np.linalg.norm(from_start + np.clip(along, 0.0, 1.0)[:, None] * chord, axis=1)
     nearest = int(np.argmin(far))
     apart = [
         np.max(np.abs(np.angle(np.exp(1j * (np.roll(phases, k) - curve.forcing_phase[nearest])))))
         for k in range(system.impacts)
     ]
-    return bool(far[nearest] < LARGEST_STEP and min(apart) < 3.0 * LARGEST_STEP)
+    return bool(far[nearest] < LARGEST_STEP and min(apart) < 3.0 * max(LARGEST_STEP, largest_step))
 
 
 def impact_times(orbit: PeriodicOrbit) -> Array:

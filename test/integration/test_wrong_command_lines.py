@@ -42,6 +42,11 @@ CASES = [
     ("demo", f"{GIVEN} picture:=demo.txt", "picture: got 'demo.txt', allowed: a file ending in .p"),
     ("demo", f"{GIVEN} duration:=1.0", "duration: got 1.0, allowed: a finite number >= 3"),
     ("juggle", f"{GIVEN} missed:=2.0", "missed: got 2.0, allowed:"),
+    (
+        "juggle",
+        f"{GIVEN} controller:=none.py",
+        "controller: got 'none.py', .*There is no such file",
+    ),
     ("workbench", f"{GIVEN} port:=PORT", r"port: got \d+, allowed: a free .*in use.*-p port:=0"),
     ("workbench", f"{GIVEN} preset:=piza_multiple_toss", "preset: .*pizza_multiple_toss"),
     ("workbench", f"{GIVEN} bag:=none", "bag: got"),

@@ -74,7 +74,7 @@ def lines(result: xr.Dataset) -> list[str]:
     lost = int(result["lost_orbits"]) if "lost_orbits" in result else 0
     if lost:
         rows.append(f"  {lost} orbits could not be followed; the curves found are kept")
-    return rows or ["  no curves: no attractor at this point is periodic or holds contact"]
+    return rows or ["  no curves: no attractor at this point has one within the window"]
 
 
 def curve_name(result: xr.Dataset, i: int) -> str:

@@ -104,6 +104,13 @@ def test_all_attractors_at_a_point_have_their_curves() -> None:
     assert any(curve.kind is CurveKind.CONTACT_ONSET for curve in found)
 
 
+def test_points_far_apart_make_no_curve_of_one_twice() -> None:
+    found = orbit_curves(
+        fixed_point(0.45, 0.5), None, Window((0.3, 0.8), (0.2, 0.8)), largest_step=0.1
+    )
+    assert sorted(curve.kind for curve in found) == ["doubling", "fold", "graze"]
+
+
 def test_what_cannot_be_followed_is_said() -> None:
     orbit = fixed_point(0.45, 0.5)
     refused("kind: got 'node', allowed: fold, doubling, graze", orbit_curve, orbit, "node")

@@ -86,7 +86,7 @@ def test_a_window_of_one_basin_has_no_boundary_and_one_without_an_orbit_no_curve
         "axial_forcing_count": 2, "restitution_count": 2, "settling": 9,
     }  # fmt: skip
     _, lines, _ = shown(curves, **small)
-    assert lines == ["  no curves: no attractor at this point is periodic or holds contact"]
+    assert lines == ["  no curves: no attractor at this point has one within the window"]
 
 
 def test_resilience_of_a_few_values(resilient: Shown) -> None:

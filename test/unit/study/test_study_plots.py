@@ -339,6 +339,10 @@ def test_a_motor_over_load_and_preload() -> None:
     hint = "  no preload of the axis lies in that range: y_begin:=20.7 y_end:=30.2 shows it"
     assert hint in motor.lines(beyond)
     assert hint not in lines
+    none = beyond.assign_attrs({name: 0.0 for name in beyond.attrs if name.startswith("preload_")})
+    assert "  no preload of the axis lies in that range" in motor.lines(none)
+    still = result.assign(mean_speed=0.0 * result["mean_speed"])
+    assert not any("1/1000" in line for line in motor.lines(still))
 
 
 def test_the_efficiency_at_two_preloads_is_drawn_wherever_there_is_one() -> None:
