@@ -64,6 +64,13 @@ def save_picture(figure: Figure, path: Path) -> None:
     replaced(path, lambda passing: figure.savefig(passing, dpi=110), "--figure")
 
 
+def about_zero(values: NDArray[np.float64]) -> dict[str, float]:
+    """A scale of colours with 0 in its middle: arguments of imshow."""
+    known = np.isfinite(values)
+    top = (float(np.abs(values[known]).max()) if known.any() else 0.0) or 1.0
+    return {"vmin": -top, "vmax": top}
+
+
 def cell_ends(values: NDArray[np.float64]) -> tuple[float, float]:
     """Where the cells begin and end whose centres are these evenly spaced values.
 

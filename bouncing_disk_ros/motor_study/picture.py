@@ -19,6 +19,7 @@ from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.maps.basin_measures import downsample
 from bouncing_disk_ros.matplotlib_figures import (
     MOST_PIXELS,
+    about_zero,
     cut_at_zero,
     name_axis,
     name_lines,
@@ -40,13 +41,11 @@ def motor_map_picture(result: xr.Dataset) -> Figure:
     """Four panels over the two parameters, and what is fixed."""
     figure = new_figure(11.5, 9.0)
     panels = figure.subplots(2, 2, sharex=True, sharey=True)
-    speed = downsample(result["mean_speed"], MOST_PIXELS)
-    known = np.isfinite(speed)
-    top = (float(np.abs(speed[known]).max()) if known.any() else 0.0) or 1.0
-    scale = {"cmap": "RdBu_r", "vmin": -top, "vmax": top}
-    _draw(figure, panels[0, 0], result, "mean_speed", scale)
+    speeds = about_zero(downsample(result["mean_speed"], MOST_PIXELS))
+    _draw(figure, panels[0, 0], result, "mean_speed", {"cmap": "RdBu_r", **speeds})
     _draw(figure, panels[0, 1], result, "efficiency", {"cmap": "viridis", "vmin": 0.0})
-    _draw(figure, panels[1, 0], result, "output_power", {"cmap": "PuOr_r", **_around(result)})
+    powers = about_zero(result["output_power"].values)
+    _draw(figure, panels[1, 0], result, "output_power", {"cmap": "PuOr_r", **powers})
     _draw_kinds(panels[1, 1], result)
     up, across = result["kind"].dims
     cut_at_zero(panels[0, 0], result[across].values, result[up].values)  # axes are shared
@@ -56,13 +55,6 @@ def motor_map_picture(result: xr.Dataset) -> Figure:
         name_axis(axes.yaxis, result[up].attrs)
     figure.suptitle(fixed_text(result), fontsize=10)
     return figure
-
-
-def _around(result: xr.Dataset) -> dict[str, float]:
-    power = result["output_power"].values
-    known = np.isfinite(power)
-    top = (float(np.abs(power[known]).max()) if known.any() else 0.0) or 1.0
-    return {"vmin": -top, "vmax": top}
 
 
 def _draw(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,15 @@ from bouncing_disk_ros.folders import share_directory, user_path
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.parsing import read_yaml
 from bouncing_disk_ros.regular_file import read_text
+
+AT_REST: Mapping[str, Value] = {
+    "axial_amplitude": 0.0,
+    "angular_amplitude": 0.0,
+    "initial_with_platform": True,
+    "initial_axial_velocity": 0.0,
+    "initial_forcing_phase": parameters.DEFAULTS["initial_forcing_phase"],
+}
+"""Instead of a preset's start, which may be on an orbit: at rest, at the lowest point."""
 
 
 def named_file(

@@ -9,19 +9,13 @@ from dataclasses import dataclass, field
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.run.presets import AT_REST, load_preset
 from bouncing_disk_ros.run.programmes import FIRST_TOSS
 from bouncing_disk_ros.units import number_text
 from bouncing_disk_ros.workbench.actions import RUN_NAMES, Action, Perform, new_run
 from bouncing_disk_ros.workbench.strobe import strobe_rate
 
 PIZZA, MOTOR = "pizza_multiple_toss", "swum"
-REST: Mapping[str, Value] = {
-    "initial_with_platform": True,
-    "initial_axial_velocity": 0.0,
-    "initial_forcing_phase": parameters.DEFAULTS["initial_forcing_phase"],
-}
-"""A start at rest on the platform, at its lowest point."""
 RATE = 100.0
 """Samples a second of joint_states."""
 
@@ -74,15 +68,14 @@ _SCENES = (
         "The platform stands still and a disk falls on it from 200 mm. It bounces ever faster and "
         "lower: infinitely many impacts in a finite time, and then it lies still.",
         "after how many seconds it lies still, and how this depends on the restitution ε", "s",
-        values={**REST, "axial_amplitude": 0.0, "angular_amplitude": 0.0, "initial_height": 0.2,
-                "initial_axial_velocity": 0.0},
+        values={**AT_REST, "initial_height": 0.2},
     ),
     Scene(
         "first_toss", "First toss",
         "From rest, the motion that turns a pizza best only makes it chatter. One helical toss "
         "first (watch the path after 3 s) brings it into the orbit with one impact in each period.",
         "the speed at which the rotor settles", "rad/s",
-        values={**REST, "axial_amplitude": 0.0, "angular_amplitude": 0.0},
+        values=AT_REST,
         after=(Perform(FIRST_TOSS),),
     ),
     Scene(

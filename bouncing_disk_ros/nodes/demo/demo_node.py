@@ -18,7 +18,6 @@ from bouncing_disk_ros.core.model import Disk, MotionInForce
 from bouncing_disk_ros.errors import ExitCode, FailedError
 from bouncing_disk_ros.nodes.demo.demo_bag import report_bag
 from bouncing_disk_ros.nodes.demo.demo_story import (
-    AT_REST,
     OPENING,
     PRESET,
     change_text,
@@ -33,6 +32,7 @@ from bouncing_disk_ros.report.run_record_builder import RunRecordBuilder
 from bouncing_disk_ros.report.run_summary import last_orbit
 from bouncing_disk_ros.ros.node_tool import options, wait_for
 from bouncing_disk_ros.ros.qos import subscription_to
+from bouncing_disk_ros.run.presets import AT_REST
 from bouncing_disk_ros.run.programmes import FIRST_TOSS
 from bouncing_disk_ros.units import NS
 

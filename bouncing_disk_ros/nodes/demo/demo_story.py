@@ -13,18 +13,10 @@ from bouncing_disk_ros.maps.scales import axial_forcing_of
 from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.report.run_record import RunRecord
 from bouncing_disk_ros.report.run_summary import Summary, lines, summary_of
-from bouncing_disk_ros.run.presets import load_preset
+from bouncing_disk_ros.run.presets import AT_REST, load_preset
 from bouncing_disk_ros.run.programmes import FIRST_TOSS
 
 PRESET = "pizza_multiple_toss"
-AT_REST = {
-    "axial_amplitude": 0.0,
-    "angular_amplitude": 0.0,
-    "initial_with_platform": True,
-    "initial_axial_velocity": 0.0,
-    "initial_forcing_phase": parameters.DEFAULTS["initial_forcing_phase"],
-}
-"""The preset starts on its orbit; the story starts at rest, at the lowest point."""
 SETTLING_SECONDS = 12.0
 """So long after the programme's beginning the orbit must have been found."""
 OPENING = f"A disk at rest on its platform (preset {PRESET}). Programme: {FIRST_TOSS}."

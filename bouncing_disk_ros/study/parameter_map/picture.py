@@ -28,6 +28,7 @@ from bouncing_disk_ros.maps.basin_measures import downsample
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 from bouncing_disk_ros.matplotlib_figures import (
     MOST_PIXELS,
+    about_zero,
     cut_at_zero,
     name_axis,
     new_figure,
@@ -68,10 +69,9 @@ def mean_speed_picture(result: xr.Dataset) -> Figure:
     axes = figure.subplots()
     speed = downsample(result["mean_speed"], MOST_PIXELS)
     known = np.isfinite(speed)
-    top = (float(np.abs(speed[known]).max()) if known.any() else 0.0) or 1.0
     axes.set_facecolor(REST_AREA)
     shown = np.ma.masked_where(~known, speed)
-    drawn = axes.imshow(shown, cmap="RdBu_r", vmin=-top, vmax=top, **_frame(result))
+    drawn = axes.imshow(shown, cmap="RdBu_r", **about_zero(speed), **_frame(result))
     figure.colorbar(drawn, ax=axes, label="mean speed α̇ / (ωΦ)")
     if not known.all():
         handle = Patch(facecolor=REST_AREA, edgecolor=BLACK, linewidth=0.5, label="rest")

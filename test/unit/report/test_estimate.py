@@ -247,10 +247,11 @@ def test_summed_rows_and_missing_values_are_left_out_and_impossible_ones_said() 
         (lambda rows: rows[0:1][0], "rows: got 'void', allowed"),
         (lambda rows: np.array(rows[0]), r"got 'an array of shape \(\)'"),
         (lambda rows: rows[["x", "time"]], "rows: got 'rows without y', allowed"),
+        (pd.DataFrame, r"got 'DataFrame'.*to_records\(index=False\)"),
     ],
 )
 def test_what_is_no_array_of_rows_is_refused(wrong: Any, line: str) -> None:
-    """These were tracebacks."""
+    """These were tracebacks; of a frame, differences and places of rows meant others."""
     rows, disk, motion = run()
     for use in (
         lambda given: restitution_of(given, mass=disk.mass),
@@ -260,6 +261,8 @@ def test_what_is_no_array_of_rows_is_refused(wrong: Any, line: str) -> None:
     ):
         with pytest.raises(InputError, match=line):
             use(wrong(rows[:20]))
+        records: Any = pd.DataFrame(rows[:100]).to_records(index=False)  # the way out
+        assert repr(use(records)) == repr(use(rows[:100]))
 
 
 def test_velocities_a_mass_and_numbers_of_other_kinds() -> None:
@@ -286,18 +289,3 @@ def test_velocities_a_mass_and_numbers_of_other_kinds() -> None:
     for name, value in numbers:
         with pytest.raises(InputError, match=f"^{name}: got "):
             orbit_of(rows, **{name: value})
-
-
-def test_a_frame_is_refused_with_the_way_out() -> None:
-    """Its rows have labels: differences and places of them meant others, or it was a traceback."""
-    rows, disk, motion = run()
-    frame: Any = pd.DataFrame(rows[:100])
-    for use in (
-        lambda given: restitution_of(given, mass=disk.mass),
-        lambda given: friction_of(given, disk),
-        lambda given: platform_velocities(given, motion),
-        orbit_of,
-    ):
-        with pytest.raises(InputError, match=r"got 'DataFrame'.*to_records\(index=False\)"):
-            use(frame)
-        assert repr(use(frame.to_records(index=False))) == repr(use(rows[:100]))
