@@ -105,9 +105,8 @@ def test_all_attractors_at_a_point_have_their_curves() -> None:
 
 
 def test_points_far_apart_make_no_curve_of_one_twice() -> None:
-    found = orbit_curves(
-        fixed_point(0.45, 0.5), None, Window((0.3, 0.8), (0.2, 0.8)), largest_step=0.1
-    )
+    found: list[Curve] = []
+    add_curves(found, fixed_point(0.45, 0.5), KINDS, Window((0.3, 0.8), (0.2, 0.8)), 0.1)
     assert sorted(curve.kind for curve in found) == ["doubling", "fold", "graze"]
 
 
