@@ -64,7 +64,7 @@ def save_picture(figure: Figure, path: Path) -> None:
     replaced(path, lambda passing: figure.savefig(passing, dpi=110), "--figure")
 
 
-def about_zero(values: NDArray[np.float64]) -> dict[str, float]:
+def about_zero(values: NDArray[np.float64]) -> dict[str, Any]:
     """A scale of colours with 0 in its middle: arguments of imshow."""
     known = np.isfinite(values)
     top = (float(np.abs(values[known]).max()) if known.any() else 0.0) or 1.0

@@ -127,8 +127,8 @@ def test_an_orbit_that_a_loop_holds_is_found_though_it_is_unstable(tmp_path: Pat
         session.trajectory(Splice(session.time_ns, (knot,), None))
 
     at = {"axial_amplitude": 0.052, "initial_forcing_phase": phase}
-    for acts, name in (({}, "unresolved"), ({2.0: hold}, "period-1")):
-        found = made(tmp_path / name, 8.0, acts, **at)
+    for act, name in ((None, "unresolved"), (hold, "period-1")):
+        found = made(tmp_path / name, 8.0, {2.0: act} if act else None, **at)
         assert there(found.segments[0].orbit).name == name
         assert words(found)["orbit found"].startswith(name)
 
