@@ -62,6 +62,8 @@ _EARLIER = 0.75
 """Part of the sound before an onset that tells the noise: nothing of the hit is in it."""
 _LIKELY = float(-np.log(0.01))
 """Evidence of flights that hits of no law have once in a hundred recordings, at most."""
+_SHRINKS = 0.98
+"""Restitution of flights, at most: beyond it they are equal, as the ticks of a clock. Chosen."""
 _APART = 0.02
 """So close, s, two sounds are parts of one impact: a codec spreads it. Chosen, not tried."""
 _CUT = 4
@@ -196,13 +198,20 @@ def _of_flights(
     """
     if len(sets) == 1 and not (sets[0][1] & ~sets[0][0]).any():
         return sets[0][0]
+    from bouncing_disk_ros.measured.kernels.rest_laws import RESTITUTION, SLOPE
     from bouncing_disk_ros.measured.sequence import at_rest  # kernels, which take time to load
 
     gravity = float(DEFAULTS["gravity"])
-    evidences = [
-        at_rest(times[one], gravity, least=_LIKELY).evidence if one.sum() > 2 else 0.0
-        for one, _ in sets
-    ]
+
+    def evidence(one: NDArray[np.bool_]) -> float:
+        if one.sum() < 3:
+            return 0.0
+        chain = at_rest(times[one], gravity, least=_LIKELY)
+        flights, p = np.diff(times[one][chain.kept]), chain.parameters
+        shrinks = len(flights) and p[RESTITUTION] - p[SLOPE] * 0.5 * gravity * flights[0] < _SHRINKS
+        return chain.evidence if shrinks else 0.0
+
+    evidences = [evidence(one) for one, _ in sets]
     best = int(np.argmax(np.maximum(evidences, _LIKELY)))
     found, wider = sets[best]
     if not evidences[best] > _LIKELY:
