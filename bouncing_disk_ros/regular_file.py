@@ -51,7 +51,7 @@ class RegularFile(io.BufferedReader):
                 flags = os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK | os.O_NOCTTY
                 super().__init__(io.FileIO(os.open(path, flags), "rb"))
         except (OSError, ValueError) as error:
-            raise InputError(field, str(path), allowed, _reason(error)) from None
+            raise InputError(field, str(path), allowed, reason(error)) from None
         if found:
             raise InputError(field, str(path), allowed, f"It is {found}.")
         status = os.fstat(self.fileno())
@@ -69,7 +69,7 @@ def read_bytes(field: str, path: Path, most: int) -> bytes:
         try:
             return file.read(most + 1)
         except OSError as error:
-            raise InputError(field, str(path), "a readable file", _reason(error)) from None
+            raise InputError(field, str(path), "a readable file", reason(error)) from None
 
 
 def read_text(field: str, path: Path, most: int) -> str:
@@ -111,9 +111,10 @@ def not_made(
 ) -> InputError | FailedError:
     """The error of a file or folder that cannot be made: of its name, unless the disk is full."""
     if isinstance(error, OSError) and error.errno in _FULL:
-        return FailedError(f"{path} cannot be written: {_reason(error)}")
-    return InputError(field, str(path), allowed, f"{_reason(error)}.")
+        return FailedError(f"{path} cannot be written: {reason(error)}")
+    return InputError(field, str(path), allowed, f"{reason(error)}.")
 
 
-def _reason(error: OSError | ValueError) -> str:
+def reason(error: OSError | ValueError) -> str:
+    """Why a file cannot be used, as the system says it, without its number."""
     return (error.strerror if isinstance(error, OSError) else None) or str(error)

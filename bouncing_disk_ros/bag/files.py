@@ -10,7 +10,7 @@ from bouncing_disk_ros import limits
 from bouncing_disk_ros.bag.metadata import FILE_NAME, Metadata, read
 from bouncing_disk_ros.bag.records import MAGIC
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.regular_file import irregular, is_regular
+from bouncing_disk_ros.regular_file import irregular, is_regular, reason
 
 ALLOWED = "a rosbag2 bag in MCAP (its folder), or one .mcap file"
 _OTHER = (".db3", ".bag", ".mcap.zstd", ".mcap.lz4", ".db3.zstd")
@@ -37,7 +37,7 @@ def files_of(path: Path) -> Located:
         if isinstance(error, InputError):
             raise
         missing = isinstance(error, FileNotFoundError)
-        why = "There is no file or folder of that name." if missing else str(error)
+        why = "There is no file or folder of that name." if missing else f"{reason(error)}."
         raise InputError("bag", str(path), ALLOWED, why) from None
     if path.name == FILE_NAME:
         return files_of(path.absolute().parent)

@@ -41,7 +41,6 @@ def _run(start: Start, given: argparse.Namespace) -> int:
         if importlib.util.find_spec("flint") is None:
             raise MissingLibraryError("--write", "python-flint")
         target = user_path(given.write)
-        target.mkdir(parents=True, exist_ok=True)
         for case in cases:
             for path in write(target, case.case):
                 print(f"written: {path}", flush=True)

@@ -7,9 +7,10 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from bouncing_disk_ros.parameters import TABLE, Spec
+from bouncing_disk_ros.parameters import Spec
 from bouncing_disk_ros.study.command import main_of
 from bouncing_disk_ros.study.definition import StudyDefinition
+from bouncing_disk_ros.study.shared_options import of_simulator
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,8 +53,8 @@ _SPECS = (
     Spec("y_begin", 15.0, "", "first value of it, in its unit", low=-1e12, high=1e12, angle=True),
     Spec("y_end", 40.0, "", "last value of it", low=-1e12, high=1e12, angle=True),
     Spec("y_count", 200, "", "number of values", low=1, high=1_000_000),
-    *(replace(TABLE[name], default=value, source="as in the preset swum",
-              while_unconfigured=False) for name, value in _SWUM.items()),
+    *(replace(of_simulator(name), default=value, source="as in the preset swum")
+      for name, value in _SWUM.items()),
     Spec("start", "period-1", "", "where each point starts. period-1: beside the period-1 orbit, "
          "and as rest where there is none; rest: the rotor lies on the stator; followed: along x, "
          "each from the last state of the one before, the first one as period-1",

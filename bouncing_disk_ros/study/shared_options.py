@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
 from bouncing_disk_ros.parameters import TABLE, Spec
@@ -37,6 +38,13 @@ def specs_by_name(*specs: Spec) -> Mapping[str, Spec]:
     return MappingProxyType({spec.name: spec for spec in specs})
 
 
+def of_simulator(name: str) -> Spec:
+    """A parameter of the simulator as that of a study, in which nothing is changed or reset."""
+    spec = TABLE[name]
+    description, _, _ = spec.description.partition(" at the start and after a reset")
+    return replace(spec, description=description, while_unconfigured=False)
+
+
 COMMON: Mapping[str, Spec] = specs_by_name(*TAKEN, *RUN)
 """Options of the executables that say where and how, not what: no part of a study's parameters."""
 _PAPER = "paper, Fig. 2"
@@ -45,8 +53,8 @@ TOSS_OPTIONS = (
          low=1e-9, high=1e6, source=_PAPER),
     Spec("gravity", 10.0, "m/s²", "acceleration of gravity", "g", low=1e-9, high=1e9,
          source=_PAPER),
-    *(TABLE[name] for name in ("frequency", "mass", "friction", "friction_radius",
-                               "gyration_radius", "preload", "load_torque")),
+    *map(of_simulator, ("frequency", "mass", "friction", "friction_radius", "gyration_radius",
+                        "preload", "load_torque")),
 )  # fmt: skip
 """What the studies of single tosses share; the defaults are those of the paper."""
 RESTITUTION = Spec("restitution", 0.5, "1", "coefficient of restitution", "ε", low=0.0, high=1.0)

@@ -67,6 +67,7 @@ CASES = [
     ("replay", "BAGS/run --what-if mass:=1 --figure a.jpg", "--figure: got 'a.jpg', allowed: a fi"),
     ("replay", "BAGS/run --figure a.png", "--figure: got 'a.png', allowed: a figure of --what-if"),
     ("replay", "BAGS/run --what-if mass:=1 --run 2", "--run: got 2, allowed: one of 1"),
+    ("reference_cases", "drop --write /proc/x", "output: got '/proc/x/.*can be written to"),
     ("bag_report", "none", ".*There is no file or folder of that name"),
     ("bag_report", "BAGS/empty", ".*got 'no messages'"),
     ("bag_report", "BAGS/two", ".*allowed: /left, /right. Choose one with the option namespace"),

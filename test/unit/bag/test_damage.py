@@ -323,6 +323,7 @@ def test_what_is_no_bag_of_ours_is_refused_with_what_to_do(tmp_path: Path) -> No
     folder.mkdir()
 
     refused("There is no file or folder of that name", bag.open, folder / "nothing")
+    refused("one .mcap file. File name too long.", bag.open, folder / ("x" * 300))
     refused("It holds no .mcap file", bag.open, folder)
     (folder / "bag_0.db3").write_bytes(b"SQLite")
     refused(r"got 'bag_0.db3'.*ros2 bag convert -i .*bag -o out.yaml", bag.open, folder)
