@@ -37,7 +37,7 @@ from bouncing_disk_ros.measured.predict import (
 )
 from bouncing_disk_ros.measured.profiles import LEVEL, Array, Data, Interval, Model, Profiles
 from bouncing_disk_ros.measured.reading import Recording, checked_errors, recording_of
-from bouncing_disk_ros.measured.result import REFUTED, ImpactFit, turned
+from bouncing_disk_ros.measured.result import REFUTED, Alternative, ImpactFit, turned
 from bouncing_disk_ros.measured.sequence import Chain, Change, at_rest, chain_of
 from bouncing_disk_ros.measured.starts import first_values, other_frequency
 from bouncing_disk_ros.parameters import DEFAULTS
@@ -136,12 +136,16 @@ def fit_impacts(
 
 
 class _Sequence(NamedTuple):
-    """A chain of impacts, its data (no false hits, but missed ones), their fit, and draws of it."""
+    """A chain of impacts, its data (no false hits, but missed ones), their fit, and draws of it.
+
+    `others`: other chains with their parameters; `evidence` is the logarithm of their odds.
+    """
 
     chain: Chain
     data: Data
     profiles: Profiles
     draws: Draws
+    others: tuple[Chain, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -229,12 +233,15 @@ class _Known:
         found = self._in_sequence(recording, errors)
         if self.frequency > 0.0:
             found = self._corrected(found, recording, errors)
-            found = self._with_contacts(found, recording, errors)
+            begun = self._begun(found, recording, errors)
+            if begun.chain is not found.chain:
+                begun = self._corrected(begun, recording, errors)
+            found = self._with_contacts(begun, recording, errors)
         return found
 
     def _results(self, recording: Recording, errors: Array | None, found: _Sequence) -> ImpactFit:
         """All results of a fit: intervals, other frequencies, a second disk, impacts to come."""
-        chain, data, profiles, draws = found
+        chain, data, profiles, draws, _ = found
         rejected = np.delete(recording.times, chain.kept)
         with ThreadPoolExecutor() as beside:  # the kernels let go of the GIL
             told = beside.submit(self._parameters, profiles, draws)
@@ -264,6 +271,7 @@ class _Known:
             flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0], contacts, probability,
             possible.result(), other, rival,
             self._chance(found, recording),
+            self._alternatives(recording, errors, found, parameters),
             self._second(recording, errors, chain),
             _untold(parameters) if is_told else tuple(parameters), laws,
             predicted(profiles, draws) if is_told else NOTHING, profiles, recording.sound,
@@ -285,8 +293,15 @@ class _Known:
                     failure = error
         if not found:
             raise failure
-        evidences = [self._evidence(one, recording) for one in found]
-        return found[int(np.argmax(np.nan_to_num(evidences, nan=-math.inf)))]
+        evidences = np.nan_to_num([self._evidence(one, recording) for one in found], nan=-math.inf)
+        best = found[int(np.argmax(evidences))]
+        if not evidences.max() > -math.inf:
+            return best
+        odds = evidences - evidences.max()
+        return best._replace(others=tuple(
+            replace(one.chain, parameters=one.profiles.estimate, evidence=float(log))
+            for one, log in zip(found, odds, strict=True) if one is not best
+        ))  # fmt: skip
 
     def _refined(self, recording: Recording, errors: Array | None, found: Chain) -> _Sequence:
         """The fit of a chain, whose false hits are looked for again on a vibrating platform.
@@ -311,51 +326,36 @@ class _Known:
         Near a graze the search for chains takes a hit for a false one, or misses an impact. It
         takes a false hit for a missed impact nearby. Missed impacts, contacts, rejected hits and
         hits with large residuals are undone one after another, until none is left that makes the
-        fit likelier. A rejected hit before the chain may have a missed impact after it: the chain
-        begins with it if the odds are a hundred to one.
+        fit likelier.
         """
-        times, profiles = recording.times, found.profiles
-        model = replace(profiles.model, scatter=profiles.best.rho)
-
-        def fitted(chain: Chain, is_near: bool = False) -> tuple[float, list[Change]]:
-            """The evidence of a chain, and which of its hits may be false.
-
-            `is_near`: whether its true times are near those that were found.
-            """
-            data = self._data(recording, errors, chain)
-            with contextlib.suppress(np.linalg.LinAlgError):
-                near = profiles.true_times(data.times) if is_near else None
-                own = Profiles(data, model, profiles.estimate, near)
-                evidence = self._evidence(_Sequence(chain, data, own, found.draws), recording)
-                return evidence, chain.suspected(own)
-            return -math.inf, []
-
-        chain, is_changed = found.chain, True
-        top, suspected = fitted(chain)
-        heard = self._heard(times)
-        changes = chain.changes(heard)
-        changes += chain.begins(heard, times, profiles.estimate, self.gravity)
-        while is_changed:
-            is_changed, near = False, list[Change]()
+        times, tried = recording.times, _Tried(self, recording, errors, found)
+        changes, last = found.chain.changes(self._heard(times)), None
+        while tried.chain is not last:
+            last, near = tried.chain, list[Change]()
             for change in changes:
-                other = chain.changed(change, times)
-                is_begin = change.kind == "begin"
-                least = -math.log(REFUTED) if is_begin else 0.0
-                own, others = fitted(other, is_near=not is_begin)
-                if own > top + least:
-                    chain, top, suspected, is_changed = other, own, others, True
-                elif own > top - _EXCLUDED:
+                if tried.add(tried.chain.changed(change, times), is_near=True):
                     near.append(change)
             changes = near
-            without = [chain.changed(change, times) for change in suspected]
-            for other, (own, others) in zip(without, map(fitted, without), strict=True):
-                if own > top:
-                    chain, top, suspected, is_changed = other, own, others, True
-        if chain is found.chain:
-            return found
-        data = self._data(recording, errors, chain)
-        fit = self._profiles(recording.name, data)
-        return _Sequence(chain, data, fit, draws_of(fit))
+            for other in [tried.chain.changed(change, times) for change in tried.suspected]:
+                tried.add(other)
+        return tried.likeliest()
+
+    def _begun(self, found: _Sequence, recording: Recording, errors: Array | None) -> _Sequence:
+        """The fit with missed impacts after the first hit, if that is likelier.
+
+        The first flights tell most of a transient. With one flight in place of two they tell other
+        parameters. So the parameters are those of the other flights.
+        """
+        times, tried = recording.times, _Tried(self, recording, errors, found)
+        heard, chain = self._heard(times), found.chain
+        parameters = [found.profiles.estimate]
+        later = chain.without_hit(int(chain.kept[0]), times)
+        if len(later.kept) >= _FEWEST_ALONE:
+            data = self._data(recording, errors, later)
+            parameters += self._starts(data.times, data.kinds != VOID, _TRIED)
+        for begun in chain.begins(heard, times, parameters, self.gravity):
+            tried.add(begun, begun.parameters)
+        return tried.likeliest()
 
     def _with_contacts(
         self, found: _Sequence, recording: Recording, errors: Array | None
@@ -392,6 +392,33 @@ class _Known:
         chain, heard = found.chain, len(self._heard(recording.times))
         odd = heard - len(chain.kept) + len(chain.missed) + len(chain.contacts)
         return evidence_of(found.profiles, odd)
+
+    def _alternatives(
+        self, recording: Recording, errors: Array | None, found: _Sequence,
+        parameters: Mapping[str, Interval],
+    ) -> tuple[Alternative, ...]:  # fmt: skip
+        """Other chains with parameters out of the intervals, if their odds are above 1 %."""
+        model, alternatives = found.profiles.model, list[Alternative]()
+        own = self._physical(found, recording)
+        tried, chains = sorted(found.others, key=lambda one: -one.evidence), list[Chain]()
+        for chain in tried:
+            if len(chains) == _USUAL or any(chain.is_like(one) for one in chains):
+                continue
+            if not _is_outside(chain.parameters, parameters):
+                continue
+            data = self._data(recording, errors, chain)
+            with contextlib.suppress(np.linalg.LinAlgError):
+                fit = Profiles(data, model, chain.parameters)
+                other = _Sequence(chain, data, fit, draws_of(fit))
+                odds = _odds(self._physical(other, recording), own)
+                if odds > 0.0 and _is_outside(fit.estimate, parameters):
+                    chains.append(chain)
+                    alternatives.append(Alternative(
+                        data.times[data.missed], np.delete(recording.times, chain.kept),
+                        fit.interval(RESTITUTION, 0.0, 1.0), odds,
+                    ))  # fmt: skip
+        is_open = sum(one.odds for one in alternatives) > REFUTED
+        return tuple(sorted(alternatives, key=lambda one: -one.odds)) if is_open else ()
 
     def _second(self, recording: Recording, errors: Array | None, chain: Chain) -> ImpactFit | None:
         """The fit of the hits that a chain leaves out; None where they are no flights.
@@ -571,10 +598,11 @@ class _Known:
         evidence = self._evidence(found, recording)
         return evidence + math.log(part) if part > 0.0 and evidence == evidence else -math.inf
 
-    def _profiles(self, name: str, data: Data) -> Profiles:
+    def _profiles(self, name: str, data: Data, *starts: Array) -> Profiles:
+        """The likeliest fit from first values, and from these."""
         model = Model(self.free, self.gravity, self.scatter, self.phase)
         tried = []
-        for start in self._starts(data.times, data.kinds != VOID):
+        for start in [*self._starts(data.times, data.kinds != VOID), *starts]:
             with contextlib.suppress(np.linalg.LinAlgError):  # its end tells nothing
                 tried.append(Profiles(data, model, start))
         profiles = min(tried, key=lambda one: one.cost(one.best), default=None)
@@ -657,6 +685,56 @@ class _Known:
         return found
 
 
+class _Tried:
+    """Chains that are fitted with the scatter of one fit: the likeliest, and the others."""
+
+    def __init__(
+        self, known: _Known, recording: Recording, errors: Array | None, found: _Sequence
+    ) -> None:
+        self._known, self._recording, self._errors, self._found = known, recording, errors, found
+        self._model = replace(found.profiles.model, scatter=found.profiles.best.rho)
+        self.chain, self.suspected = found.chain, list[Change]()
+        self._evidence, self._others = -math.inf, list[Chain]()
+        self.add(found.chain)
+        self._first = self._evidence
+
+    def add(self, chain: Chain, start: Array | None = None, is_near: bool = False) -> bool:
+        """Fit one more chain; whether that is worth to be tried again after other changes.
+
+        `is_near`: its true times are near those of the first fit.
+        """
+        profiles = self._found.profiles
+        data = self._known._data(self._recording, self._errors, chain)
+        near = profiles.true_times(data.times) if is_near else None
+        start = profiles.estimate if start is None else start
+        try:
+            own = Profiles(data, self._model, start, near)
+        except np.linalg.LinAlgError:
+            return False
+        fitted = self._found._replace(chain=chain, profiles=own)
+        evidence = self._known._evidence(fitted, self._recording)
+        self._others.append(replace(chain, parameters=own.estimate, evidence=evidence))
+        if evidence > self._evidence:
+            self.chain, self._evidence, self.suspected = chain, evidence, chain.suspected(own)
+            self._start = own.estimate
+        return evidence > self._evidence - _EXCLUDED
+
+    def likeliest(self) -> _Sequence:
+        """The fit of the likeliest chain."""
+        found, gain = self._found, self._evidence - self._first
+        if not gain < math.inf:
+            return found
+        others = [replace(one, evidence=one.evidence - gain) for one in found.others]
+        others += [replace(one, evidence=one.evidence - self._evidence) for one in self._others]
+        likely = tuple(one for one in others if math.log(REFUTED) < one.evidence < 0.0)
+        if self.chain is not found.chain:
+            known, errors = self._known, self._errors
+            data = known._data(self._recording, errors, self.chain)
+            fit = known._profiles(self._recording.name, data, self._start)
+            found = _Sequence(self.chain, data, fit, draws_of(fit))
+        return found._replace(others=likely)
+
+
 def _odds(evidence: float, other: float) -> float:
     """Of a model for another one."""
     return math.exp(min(evidence - other, _SURE)) if evidence > -math.inf else 0.0
@@ -691,6 +769,17 @@ def _check_scatter(
             why = better or "are frequency and phase reference right?"
         text = f"{name}: no model fits: restitutions from 0 to 1 cannot scatter by {least:.2g}"
         raise FailedError(f"{text}; {why}")
+
+
+def _is_outside(values: Array, intervals: Mapping[str, Interval]) -> bool:
+    """Whether one of a model's parameters is not in its interval."""
+    for name, index in (("restitution", RESTITUTION), ("axial_amplitude", AMPLITUDE)):
+        if name in intervals and not intervals[name].low <= values[index] <= intervals[name].high:
+            return True
+    if "forcing_phase" not in intervals:
+        return False
+    low, high = intervals["forcing_phase"].low, intervals["forcing_phase"].high
+    return float(values[PHASE] - low) % math.tau > high - low
 
 
 def _untold(parameters: dict[str, Interval]) -> tuple[str, ...]:

@@ -48,6 +48,7 @@ def tables_of(fit: ImpactFit) -> list[Table]:
         from bouncing_disk_ros.measured.sound_picture import sound_lines
 
         data.append(("sound", "; ".join(sound_lines(fit.sound))))
+    data += [("alternative", one.text) for one in fit.alternatives]
     data.append(("goodness of fit", _goodness_text(fit)))
     rows = []
     for name, found in fit.parameters.items():

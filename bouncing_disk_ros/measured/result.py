@@ -37,6 +37,27 @@ _NAMES = {RESTITUTION: "restitution", AMPLITUDE: "axial_amplitude", PHASE: "forc
 
 
 @dataclass(frozen=True)
+class Alternative:
+    """Other impacts that explain the hits: times of missed ones and of rejected hits, s.
+
+    `odds`: for them, against those of the fit. Its parameters are out of the intervals of the fit.
+    """
+
+    missed: Array
+    rejected: Array
+    restitution: Interval
+    odds: float
+
+    @property
+    def text(self) -> str:
+        """What it is, in words."""
+        shown = ", ".join(f"{t:.6g} s" for t in self.missed[:5])
+        missed = f"impacts missed near {shown}" if shown else "no impact missed"
+        eps = interval_text(self.restitution)
+        return f"{missed}, {len(self.rejected)} hits rejected, ε = {eps}, odds {self.odds:.2g}"
+
+
+@dataclass(frozen=True)
 class ImpactFit:
     """Result of `fit_impacts`. Times in s, lengths in m, angles in rad.
 
@@ -55,7 +76,8 @@ class ImpactFit:
     goes below the platform. `other_frequency`: a frequency that the times fit better than the
     one of the fit, Hz, or nan. `rival`: a multiple of the frequency that these data do not exclude,
     Hz, 0 for a platform at rest, or nan. `chance`: probability, at most, that hits of no law have
-    flights as likely as these; nan with too few impacts. `second`: the fit of rejected hits, where
+    flights as likely as these; nan with too few impacts. `alternatives`: other impacts, with other
+    parameters, that these hits do not exclude at a level of 1 %. `second`: the fit of rejected hits, where
     they are flights of a second disk.
     `untold`: parameters that these data do not tell. `laws`: at rest, laws of the restitution with
     their evidence, the constant one first. `prediction`: impacts to come, with a constant one.
@@ -80,6 +102,7 @@ class ImpactFit:
     other_frequency: float
     rival: float
     chance: float
+    alternatives: tuple[Alternative, ...]
     second: ImpactFit | None
     untold: tuple[str, ...]
     laws: tuple[Law, ...]
@@ -125,6 +148,9 @@ class ImpactFit:
             return f"two sequences: of {len(self.rejected)} rejected hits, some have ε = {other}"
         if self.other_frequency > 0.0:
             return f"the model does not hold: the times fit {self.other_frequency:.5g} Hz better"
+        if self.alternatives:
+            other = self.alternatives[0].text
+            return f"these hits do not tell which impacts were missed or false: {other}"
         if self.rival >= 0.0:
             return f"the model cannot be tested by these impacts: {self._other} explains them"
         if self.possible < LEVEL:
@@ -163,6 +189,10 @@ class ImpactFit:
             allowed = f"{self.other_frequency:.5g} Hz, which the times fit better"
             hint = "Is the frequency right? Was the disk in contact? frequency_error fits it."
             raise InputError("preset", f"{self.frequency:g} Hz", allowed, hint)
+        if self.alternatives:
+            given = f"impacts that may be others: {self.alternatives[0].text}"
+            allowed = "hits that tell which impacts were missed or false"
+            raise InputError("preset", given, allowed, "Record more impacts, or another transient.")
         if self.rival >= 0.0:
             given = f"{self.frequency:g} Hz, while {self._other} explains these impacts too"
             allowed = "impacts that exclude multiples of the frequency, and a platform at rest"

@@ -27,9 +27,8 @@ from bouncing_disk_ros.measured.kernels.rest_laws import (
     RESTITUTION,
     SLOPE,
 )
-from bouncing_disk_ros.measured.predict import flies_above
+from bouncing_disk_ros.measured.predict import flies_above, flown_on
 from bouncing_disk_ros.measured.profiles import Profiles
-from bouncing_disk_ros.scalar_search import halved
 
 Array = NDArray[np.float64]
 _ERRORS = np.array([1e-5, 1e-4, 1e-3])
@@ -41,17 +40,18 @@ _SUSPECTED = 4
 _CHANGES = np.linspace(-0.1, 0.2, 7)
 """Of the restitution, from the fastest impact to the slowest ones."""
 
-_TRIED, _HALVINGS = 256, 20
-"""Times between two hits at which a missed impact is looked for, and how often they are halved."""
+_TRIED, _NEAR, _ALIKE = 256, 0.05, 0.01
+"""Times between two hits at which a missed impact is looked for, part of this flight by which
+others have to land near the second hit, and part by which times differ that have the same fit: the
+parameters are not yet those of the fit."""
+_MOST_BEGUN = 3
+"""Missed impacts after the first hit."""
 
 
 class Change(NamedTuple):
-    """Of a chain: `which` is the time of a missed impact, or a hit (of a contact: before it).
+    """Of a chain: `which` is the time of a missed impact, or a hit (of a contact: before it)."""
 
-    A begin is the hit before the chain, with an impact missed after it.
-    """
-
-    kind: Literal["missed", "contact", "hit", "false", "begin"]
+    kind: Literal["missed", "contact", "hit", "false"]
     which: float
 
 
@@ -108,24 +108,34 @@ class Chain:
         return [Change("false", int(hit)) for hit in self.kept[worst]]
 
     def begins(
-        self, heard: NDArray[np.int64], times: Array, parameters: Array, gravity: float
-    ) -> list[Change]:
-        """The begins by the law, which several times of the missed impact can obey."""
-        before = times[heard[heard < self.kept[0]][-1:]]
-        first = float(times[self.kept[0]])
-        return [
-            Change("begin", float(at))
-            for hit in before
-            for at in impacts_between(float(hit), first, parameters, gravity)
-        ]
+        self, heard: NDArray[np.int64], times: Array, tried: list[Array], gravity: float
+    ) -> list[Chain]:
+        """Chains with missed impacts after the first hit, by the law with any of these parameters.
+
+        The first hit is the one of this chain, or the one before. Of times that are nearly alike
+        the first parameters have them.
+        """
+        flights, chains = [(self, self.kept[1])], list[Chain]()
+        for hit in heard[heard < self.kept[0]][-1:]:
+            flights.append((self.with_hit(int(hit), times), self.kept[0]))
+        for chain, after in flights:
+            begin, end = float(times[chain.kept[0]]), float(times[after])
+            later, found = chain.missed[chain.missed > end], list[tuple[Array, Array]]()
+            for parameters in tried:
+                for count in range(1, _MOST_BEGUN + 1):
+                    found += [
+                        (missed, parameters)
+                        for missed in impacts_between(begin, end, parameters, gravity, count)
+                        if not any(len(missed) == len(one) and
+                                   np.abs(missed - one).max() < _ALIKE * (end - begin)
+                                   for one, _ in found)
+                    ]  # fmt: skip
+            chains += [replace(chain, missed=np.append(missed, later), parameters=parameters)
+                       for missed, parameters in found]  # fmt: skip
+        return chains
 
     def changed(self, change: Change, times: Array) -> Chain:
-        """The chain without what the change names, with a rejected hit, or with another begin."""
-        if change.kind == "begin":
-            hit = int(np.searchsorted(times, change.which)) - 1
-            begun = self if self.kept[0] == hit else self.with_hit(hit, times)
-            later = self.missed[self.missed > times[begun.kept[1]]]
-            return replace(begun, missed=np.append(change.which, later))
+        """The chain without what the change names, or with a rejected hit."""
         if change.kind == "missed":
             return replace(self, missed=self.missed[self.missed != change.which])
         if change.kind == "contact":
@@ -181,42 +191,24 @@ class Chain:
         )
 
 
-def impacts_between(before: float, after: float, parameters: Array, gravity: float) -> Array:
-    """Times of an impact to which the disk flies from one, and from which it flies to another.
+def impacts_between(
+    before: float, after: float, parameters: Array, gravity: float, count: int
+) -> list[Array]:
+    """Times of so many impacts that lead nearly from one impact to another, without a contact.
 
-    It never flies below the platform.
+    Each series of times has another first flight, whose last landing is as near as any other nearby.
     """
     eps, a, w, phase = parameters[[RESTITUTION, AMPLITUDE, FREQUENCY, PHASE]]
-
-    def platform(at: Array) -> Array:
-        return np.asarray(a * np.sin(w * at + phase))
-
-    def takeoff(begin: Array, end: Array) -> Array:
-        duration = end - begin
-        return np.asarray((platform(end) - platform(begin)) / duration + 0.5 * gravity * duration)
-
-    def off(at: Array) -> Array:
-        """Take-off velocity by the restitution, less the one of the second flight."""
-        speed = a * w * np.cos(w * at + phase)
-        landing = takeoff(first, at) - gravity * (at - first)
-        return np.asarray(speed - eps * (landing - speed) - takeoff(at, last))
-
-    def change_of_sign(low: float, high: float, value: float) -> float:
-        def holds(at: float) -> bool:
-            return bool(off(np.array([at])) * value > 0.0)
-
-        return halved(holds, low, high, steps=_HALVINGS)[0]
-
-    def is_flight(begin: Array, end: Array) -> NDArray[np.bool_]:
-        return flies_above(begin, end - begin, (a, w, phase), gravity)
-
-    first, last = np.array([before]), np.array([after])
-    tried = np.linspace(before, after, _TRIED + 2)[1:-1]
-    found = off(tried)
-    is_crossed = found[:-1] * found[1:] < 0.0
-    ends = zip(tried[:-1][is_crossed], tried[1:][is_crossed], found[:-1][is_crossed], strict=True)
-    at = np.array([change_of_sign(*one) for one in ends])
-    return at[is_flight(first, at) & is_flight(at, last)]
+    if not 0.0 <= eps <= 1.0:
+        return []
+    tried, found = np.linspace(before, after, _TRIED + 2)[1:-1], np.full((_TRIED, count), np.inf)
+    is_flight = flies_above(np.full(_TRIED, before), tried - before, (a, w, phase), gravity)
+    for i in np.flatnonzero(is_flight):
+        flown = flown_on(parameters, gravity, np.array([before, tried[i]]), np.full(count, eps))
+        found[i, : len(flown)] = flown
+    away = np.pad(np.abs(found[:, -1] - after), 1, constant_values=np.inf)
+    is_near = (away[1:-1] <= np.minimum(away[:-2], away[2:])) & (away[1:-1] < _NEAR * (after - before))
+    return [np.append(tried[i], found[i, :-1]) for i in np.flatnonzero(is_near)]
 
 
 def chain_of(
