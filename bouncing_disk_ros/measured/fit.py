@@ -333,7 +333,8 @@ class _Known:
         while tried.chain is not last:
             last, near = tried.chain, list[Change]()
             for change in changes:
-                if tried.add(tried.chain.changed(change, times), is_near=True):
+                other = tried.chain.changed(change, times)
+                if tried.add(other, is_near=True) and tried.chain is not other:
                     near.append(change)
             changes = near
             for other in [tried.chain.changed(change, times) for change in tried.suspected]:
