@@ -39,6 +39,9 @@ _SPECS = (
 )  # fmt: skip
 OPTIONS = {spec.name: spec for spec in _SPECS}
 """All options of the command; the function has them too, but for the figures."""
+_SMALL = ("axial_amplitude", "forcing_phase_error", "gravity", "height", "fall_time")
+_LEAST = {"frequency": 1e-6, **dict.fromkeys(_SMALL, 1e-9)}
+"""The least values above 0: with smaller ones nothing can be computed."""
 
 
 def checked_options(given: Mapping[str, object]) -> dict[str, float]:
@@ -47,6 +50,10 @@ def checked_options(given: Mapping[str, object]) -> dict[str, float]:
     Raises InputError.
     """
     values = {name: float(OPTIONS[name].checked(value)) for name, value in given.items()}
+    for name, least in _LEAST.items():
+        if 0.0 < values[name] < least:
+            allowed = f"0, or a finite number >= {least:g} {OPTIONS[name].shown_unit}"
+            raise InputError(name, values[name], allowed)
     if values["scatter"] > 0.0 and values["time_error"] == 0.0:
         hint = "Give time_error too, or leave the scatter to the fit."
         allowed = "0, or below 0, without time_error"

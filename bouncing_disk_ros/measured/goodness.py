@@ -68,8 +68,8 @@ def evidence_of(profiles: Profiles, odd: int) -> float:
     `odd`: hits that are left out, missed impacts and contacts, each with the cost that it has in
     the search for the chain. The likelihood is integrated over the parameters as by Schwarz
     ("Estimating the dimension of a model", 1978): each costs half of the logarithm of the number of
-    equations. A missed second impact, the begin of all flights, is one more: it has a density of
-    one over its interval. If hits of no law are the truth, the ratio of both likelihoods exceeds x with a
+    equations. A missed second impact is one parameter more: it has the density of one over its
+    interval. If hits of no law are the truth, the ratio of both likelihoods exceeds x with a
     probability of 1/x at most (Markov's inequality).
     """
     node, data, model = profiles.best, profiles.data, profiles.model

@@ -77,8 +77,8 @@ class ImpactFit:
     one of the fit, Hz, or nan. `rival`: a multiple of the frequency that these data do not exclude,
     Hz, 0 for a platform at rest, or nan. `chance`: probability, at most, that hits of no law have
     flights as likely as these; nan with too few impacts. `alternatives`: other impacts, with other
-    parameters, that these hits do not exclude at a level of 1 %. `second`: the fit of rejected hits, where
-    they are flights of a second disk.
+    parameters, that these hits do not exclude at a level of 1 %. `second`: the fit of rejected
+    hits, where they are flights of a second disk.
     `untold`: parameters that these data do not tell. `laws`: at rest, laws of the restitution with
     their evidence, the constant one first. `prediction`: impacts to come, with a constant one.
     `sound`: where the hits were heard, or None.
@@ -197,6 +197,21 @@ class ImpactFit:
             given = f"{self.frequency:g} Hz, while {self._other} explains these impacts too"
             allowed = "impacts that exclude multiples of the frequency, and a platform at rest"
             raise InputError("preset", given, allowed, "Record a transient, or more impacts.")
+        self._check_goodness()
+        values = {"restitution": min(max(self["restitution"].value, 0.0), 1.0),
+                  "gravity": self.gravity, "preload": 0.0}  # fmt: skip
+        if self.frequency > 0.0:
+            values["frequency"] = float(self.profiles.estimate[FREQUENCY]) / math.tau
+            values["axial_amplitude"] = float(self.profiles.estimate[AMPLITUDE])
+            values["initial_forcing_phase"] = self["forcing_phase"].value
+        else:
+            height = self.height or self["first_height"].value
+            values |= {"axial_amplitude": 0.0, "angular_amplitude": 0.0}
+            values["initial_height"] = height
+        return dict(values)
+
+    def _check_goodness(self) -> None:
+        """InputError where the model does not hold."""
         if self.possible < LEVEL:
             given = f"flights above the platform with the probability {self.possible:.2g}"
             hint = "The model does not hold: a contact was not found, or the frequency is wrong."
@@ -209,17 +224,6 @@ class ImpactFit:
             given = f"residuals that have the probability {self.probability:.2g}"
             hint = "The model does not hold: no contact, spin or other motion is in it."
             raise InputError("preset", given, f"a probability of at least {REFUTED}", hint)
-        values = {"restitution": min(max(self["restitution"].value, 0.0), 1.0),
-                  "gravity": self.gravity, "preload": 0.0}  # fmt: skip
-        if self.frequency > 0.0:
-            values["frequency"] = float(self.profiles.estimate[FREQUENCY]) / math.tau
-            values["axial_amplitude"] = float(self.profiles.estimate[AMPLITUDE])
-            values["initial_forcing_phase"] = self["forcing_phase"].value
-        else:
-            height = self.height or self["first_height"].value
-            values |= {"axial_amplitude": 0.0, "angular_amplitude": 0.0}
-            values["initial_height"] = height
-        return dict(values)
 
     @property
     def _other(self) -> str:

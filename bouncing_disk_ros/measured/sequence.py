@@ -115,10 +115,11 @@ class Chain:
         The first hit is the one of this chain, or the one before. Of times that are nearly alike
         the first parameters have them.
         """
-        flights, chains = [(self, self.kept[1])], list[Chain]()
-        for hit in heard[heard < self.kept[0]][-1:]:
-            flights.append((self.with_hit(int(hit), times), self.kept[0]))
-        for chain, after in flights:
+        before, chains = heard[heard < self.kept[0]][-1:], list[Chain]()
+        begun = [(self.with_hit(int(hit), times), self.kept[0]) for hit in before]
+        if 0 not in self.contacts:
+            begun.append((self, self.kept[1]))
+        for chain, after in begun:
             begin, end = float(times[chain.kept[0]]), float(times[after])
             later, found = chain.missed[chain.missed > end], list[tuple[Array, Array]]()
             for parameters in tried:
@@ -196,7 +197,7 @@ def impacts_between(
 ) -> list[Array]:
     """Times of so many impacts that lead nearly from one impact to another, without a contact.
 
-    Each series of times has another first flight, whose last landing is as near as any other nearby.
+    Each series of times has another first flight. Flights nearby do not end nearer.
     """
     eps, a, w, phase = parameters[[RESTITUTION, AMPLITUDE, FREQUENCY, PHASE]]
     if not 0.0 <= eps <= 1.0:
@@ -207,7 +208,8 @@ def impacts_between(
         flown = flown_on(parameters, gravity, np.array([before, tried[i]]), np.full(count, eps))
         found[i, : len(flown)] = flown
     away = np.pad(np.abs(found[:, -1] - after), 1, constant_values=np.inf)
-    is_near = (away[1:-1] <= np.minimum(away[:-2], away[2:])) & (away[1:-1] < _NEAR * (after - before))
+    is_near = away[1:-1] <= np.minimum(away[:-2], away[2:])
+    is_near &= away[1:-1] < _NEAR * (after - before)
     return [np.append(tried[i], found[i, :-1]) for i in np.flatnonzero(is_near)]
 
 

@@ -68,18 +68,22 @@ def of_preset(
 ) -> dict[str, Value]:
     """The options of a study that are `wanted` and that a preset decides.
 
-    `takes_loads`: as in `numbers`.
+    `takes_loads`: as in `numbers`. A platform at rest decides no angular forcing: the study has
+    another motion.
 
     Raises InputError for a preset that cannot be read, whose values the study cannot use, or whose
     platform does not move up and down where such a motion is wanted.
     """
     preset = load_preset(name)
     whole = parameters.complete(preset)
-    values = numbers(motion_of(whole), Disk.of(whole), takes_loads=takes_loads)
+    motion = motion_of(whole)
+    values = numbers(motion, Disk.of(whole), takes_loads=takes_loads)
+    is_at_rest = motion.axial_amplitude == motion.angular_amplitude == 0.0
     taken = {
         key: _checked(name, "preset", spec, float(values[key]))
         for key, spec in wanted.items()
         if not preset.keys().isdisjoint(_DECIDED_BY.get(key, (key,)))
+        and not (is_at_rest and key == "angular_forcing")
     }
     for key in FORCING:
         if taken.get(key) == 0.0:

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros import fit_impacts
+from bouncing_disk_ros import InputError, fit_impacts
 from bouncing_disk_ros.measured.kernels.likelihood import whitened_residuals
 from bouncing_disk_ros.measured.profiles import Data, Model, Profiles
+from bouncing_disk_ros.measured.result import ImpactFit
 from bouncing_disk_ros.measured.starts import first_values
 from support.measured_impacts import GRAVITY, at_rest, vibrating
 
 OMEGA = math.tau * 20.0
-SEED, SEED_ODD = 20095, 8101
+SEED, SEED_ODD, SEED_MISSED = 20095, 8101, 20097
 _TAIL = 0.025
 _ODD, _APART = 0.05, 5.0
 """Parts of impacts that are missed, and of false ones; errors by which these are off true ones."""
@@ -148,6 +149,33 @@ def held_with_odd_hits(cell: Cell, place: int) -> tuple[bool, ...] | None:
     phase += math.tau * round((found[2].value - phase) / math.tau)
     true = (cell.restitution, cell.forcing * math.pi * GRAVITY / OMEGA**2, phase)
     return tuple(one.low < x < one.high for one, x in zip(found, true, strict=True))
+
+
+def missed_impacts(
+    cell: Cell, place: int, missed: Sequence[int]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Hits of an experiment on a vibrating platform in which these impacts are missed.
+
+    Also the true times of the missed impacts.
+    """
+    parts = (int(100.0 * cell.forcing), cell.count, int(1e6 * cell.error), place)
+    rng, runs = np.random.default_rng([SEED_MISSED, *parts]), np.empty(0)
+    while not len(runs):
+        runs, _ = vibrating(
+            rng, 2, cell.count, cell.forcing, cell.restitution, cell.scatter, cell.skip
+        )
+    seen = runs[0] + _noise(rng, cell)
+    return np.delete(seen, missed), runs[0][list(missed)]
+
+
+def is_wrong(fit: ImpactFit, restitution: float) -> bool:
+    """Whether there is a preset whose interval is wrong by more than five of its half widths."""
+    one = fit["restitution"]
+    away = abs(restitution - 0.5 * (one.low + one.high))
+    try:
+        return bool(fit.preset) and away > 6.0 * 0.5 * (one.high - one.low)
+    except InputError:
+        return False
 
 
 def summary(found: list[Found]) -> Summary:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 
+import numpy as np
 import pytest
 
+from bouncing_disk_ros import FailedError, InputError, fit_impacts
 from support.measured_coverage import (
     ODD_HITS,
     REST,
@@ -14,13 +17,15 @@ from support.measured_coverage import (
     Summary,
     experiments,
     held_with_odd_hits,
+    is_wrong,
+    missed_impacts,
     summary,
 )
 
 LEVEL, MOST_VARIANCE, MOST_BIAS = 0.95, 1.1, 0.1
 MOST_HIDDEN = 2.0
 """Where errors hide the scatter: it was 2.5 to 6 where all ratios counted alike in the estimate."""
-_MANY, _SOME = 2000, 200
+_MANY, _SOME, _FEW = 2000, 200, 40
 
 
 def _check(cell: Cell, found: Summary) -> None:
@@ -98,3 +103,52 @@ def test_cells_with_missed_and_false_impacts_hold_the_truth(cell: Cell) -> None:
     parts = [sum(one) / len(known) for one in zip(*known, strict=True)]
     print(f"{cell}: {len(known)} known, " + ", ".join(f"{100.0 * part:.1f} %" for part in parts))
     assert min(parts) >= LEVEL - 4.0 * math.sqrt(LEVEL * (1.0 - LEVEL) / len(known))
+
+
+@pytest.mark.parametrize(("cell", "place"), [(0, 19), (0, 26), (0, 36), (1, 15)])
+def test_a_missed_second_impact_is_found_by_the_later_flights(cell: int, place: int) -> None:
+    """All hits were impacts, with ε from 0.01 to 0.14, and three of the four had a preset."""
+    hits, (second,) = missed_impacts(ODD_HITS[cell], place, [1])
+    fit = fit_impacts(hits, frequency=20.0, scatter=0.0)
+    assert not len(fit.rejected)
+    assert np.flatnonzero(fit.missed).tolist() == [1]
+    assert fit.times[1] == pytest.approx(second, abs=1e-3)
+    assert fit["restitution"].low < 0.5 < fit["restitution"].high
+
+
+def test_impacts_that_hits_do_not_tell_are_said_and_leave_no_preset() -> None:
+    """Without a missed impact ε is 0.08, with one 0.39 or 0.52: the odds are below a hundred."""
+    fit = fit_impacts(missed_impacts(ODD_HITS[1], 2, [1])[0], frequency=20.0, scatter=0.0)
+    held = [one.restitution.low < 0.5 < one.restitution.high for one in fit.alternatives]
+    assert any(held)
+    assert "do not tell which impacts were missed" in fit.doubt
+    with pytest.raises(InputError, match=r"impacts that may be others: .* odds 0\.\d"):
+        _ = fit.preset
+
+
+@pytest.mark.parametrize(
+    ("missed", "place"), [((1, 2), 9), ((1, 2), 31), ((2, 3), 28), ((1, 2, 3), 28)]
+)
+def test_several_missed_impacts_give_no_wrong_preset(missed: tuple[int, ...], place: int) -> None:
+    """ε was 0.01 to 0.4, with a preset."""
+    hits, _ = missed_impacts(ODD_HITS[1], place, missed)
+    assert not is_wrong(fit_impacts(hits, frequency=20.0, scatter=0.0), 0.5)
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(3600)
+@pytest.mark.parametrize("cell", ODD_HITS, ids=str)
+@pytest.mark.parametrize("missed", [(1,), (2,), (-2,), (1, 2), (2, 3), (1, 2, 3), (-7, -6, -5)])
+def test_missed_impacts_give_no_wrong_preset(cell: Cell, missed: tuple[int, ...]) -> None:
+    """Forty experiments a cell."""
+    wrong, held, presets = [], 0, 0
+    for place in range(_FEW):
+        with contextlib.suppress(FailedError):
+            hits, _ = missed_impacts(cell, place, missed)
+            fit = fit_impacts(hits, frequency=20.0, scatter=0.0)
+            held += fit["restitution"].low < cell.restitution < fit["restitution"].high
+            wrong += [place] * is_wrong(fit, cell.restitution)
+            with contextlib.suppress(InputError):
+                presets += bool(fit.preset)
+    print(f"{cell}, missed {missed}: {held} of {_FEW} held, {presets} presets")
+    assert not wrong

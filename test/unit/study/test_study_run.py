@@ -174,6 +174,11 @@ def test_a_study_is_that_of_a_preset(tmp_path: Path) -> None:
         studied("basins", tmp_path / "x", **small)
     found = studied("basins", tmp_path / "r", axial_forcing=0.4, **small).attrs
     assert (found["parameter_axial_forcing"], found["parameter_restitution"]) == (0.4, 0.7)
+    file.write_text(
+        "/**:\n  ros__parameters:\n    axial_amplitude: 0.0\n    angular_amplitude: 0.0\n"
+    )
+    found = studied("basins", tmp_path / "s", axial_forcing=0.4, **small).attrs
+    assert found["parameter_angular_forcing"] == 100.0, "a platform at rest has none: the study's"
     file.write_text("/**:\n  ros__parameters:\n    axial_amplitude: 9.0\n    frequency: 900.0\n")
     with pytest.raises(InputError, match=r"axial_forcing from the preset: .* computed from .*yaml"):
         studied("basins", tmp_path / "x", **small)
