@@ -377,7 +377,7 @@ class _Known:
             chain = found.chain.with_contacts(places, hits)
             data = self._data(recording, errors, chain)
             profiles = self._profiles(recording.name, data)
-            other = _Sequence(chain, data, profiles, draws_of(profiles))
+            other = _Sequence(chain, data, profiles, draws_of(profiles), found.others)
             is_likely = [is_reached(other.draws, self.gravity, *hits[k : k + 2]) for k in places]
             if all(is_likely):
                 return other
@@ -400,12 +400,12 @@ class _Known:
     ) -> tuple[Alternative, ...]:  # fmt: skip
         """Other chains with parameters out of the intervals, if their odds are above 1 %."""
         model, alternatives = found.profiles.model, list[Alternative]()
-        own = self._physical(found, recording)
-        tried, chains = sorted(found.others, key=lambda one: -one.evidence), list[Chain]()
-        for chain in tried:
+        own, chains = self._physical(found, recording), list[Chain]()
+        if own == -math.inf:  # `possible` is 0
+            return ()
+        outside = [one for one in found.others if _is_outside(one.parameters, parameters)]
+        for chain in sorted(outside, key=lambda one: -one.evidence):
             if len(chains) == _USUAL or any(chain.is_like(one) for one in chains):
-                continue
-            if not _is_outside(chain.parameters, parameters):
                 continue
             data = self._data(recording, errors, chain)
             with contextlib.suppress(np.linalg.LinAlgError):
