@@ -345,7 +345,8 @@ class _Known:
         """The fit with missed impacts after the first hit, if that is likelier.
 
         The first flights tell most of a transient. With one flight in place of two they tell other
-        parameters. So the parameters are those of the other flights.
+        parameters. So the parameters are those of the other flights. A begin is a hundred times as
+        likely as a false first hit, or this hit is rejected.
         """
         times, tried = recording.times, _Tried(self, recording, errors, found)
         heard, chain = self._heard(times), found.chain
@@ -354,8 +355,11 @@ class _Known:
         if len(later.kept) >= _FEWEST_ALONE:
             data = self._data(recording, errors, later)
             parameters += self._starts(data.times, data.kinds != VOID, _TRIED)
+            for start in parameters:
+                tried.add(later, start)
+        least = tried.evidence_without(int(chain.kept[0])) - math.log(REFUTED)
         for begun in chain.begins(heard, times, parameters, self.gravity):
-            tried.add(begun, begun.parameters)
+            tried.add(begun, begun.parameters, least=least)
         return tried.likeliest()
 
     def _with_contacts(
@@ -699,10 +703,14 @@ class _Tried:
         self.add(found.chain)
         self._first = self._evidence
 
-    def add(self, chain: Chain, start: Array | None = None, is_near: bool = False) -> bool:
+    def add(
+        self, chain: Chain, start: Array | None = None, is_near: bool = False,
+        least: float = -math.inf,
+    ) -> bool:  # fmt: skip
         """Fit one more chain; whether that is worth to be tried again after other changes.
 
-        `is_near`: its true times are near those of the first fit.
+        `is_near`: its true times are near those of the first fit. `least`: its evidence, if it can
+        be the likeliest.
         """
         profiles = self._found.profiles
         data = self._known._data(self._recording, self._errors, chain)
@@ -715,10 +723,15 @@ class _Tried:
         fitted = self._found._replace(chain=chain, profiles=own)
         evidence = self._known._evidence(fitted, self._recording)
         self._others.append(replace(chain, parameters=own.estimate, evidence=evidence))
-        if evidence > self._evidence:
+        if evidence > max(self._evidence, least):
             self.chain, self._evidence, self.suspected = chain, evidence, chain.suspected(own)
-            self._start = own.estimate
+            self._chosen = self._others[-1]
         return evidence > self._evidence - _EXCLUDED
+
+    def evidence_without(self, hit: int) -> float:
+        """The evidence of the likeliest chain that begins after this hit."""
+        later = [one.evidence for one in self._others if one.kept[0] > hit]
+        return float(np.nanmax([-math.inf, *later]))
 
     def likeliest(self) -> _Sequence:
         """The fit of the likeliest chain."""
@@ -726,12 +739,13 @@ class _Tried:
         if not gain < math.inf:
             return found
         others = [replace(one, evidence=one.evidence - gain) for one in found.others]
-        others += [replace(one, evidence=one.evidence - self._evidence) for one in self._others]
-        likely = tuple(one for one in others if math.log(REFUTED) < one.evidence < 0.0)
+        others += [replace(one, evidence=one.evidence - self._evidence)
+                   for one in self._others if one is not self._chosen]  # fmt: skip
+        likely = tuple(one for one in others if one.evidence > math.log(REFUTED))
         if self.chain is not found.chain:
             known, errors = self._known, self._errors
             data = known._data(self._recording, errors, self.chain)
-            fit = known._profiles(self._recording.name, data, self._start)
+            fit = known._profiles(self._recording.name, data, self._chosen.parameters)
             found = _Sequence(self.chain, data, fit, draws_of(fit))
         return found._replace(others=likely)
 
