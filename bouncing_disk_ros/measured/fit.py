@@ -345,8 +345,8 @@ class _Known:
         """The fit with missed impacts after the first hit, if that is likelier.
 
         The first flights tell most of a transient. With one flight in place of two they tell other
-        parameters. So the parameters are those of the other flights. A begin is a hundred times as
-        likely as a false first hit, or this hit is rejected.
+        parameters. So the parameters are those of the other flights. If a begin is not a hundred
+        times as likely as a false first hit, it is not taken.
         """
         times, tried = recording.times, _Tried(self, recording, errors, found)
         heard, chain = self._heard(times), found.chain
