@@ -466,7 +466,8 @@ class Profiles:
                     fall = self.cost(last) - self.cost(node)
                     if not fall < _LOST:
                         break
-                    own[i], share[i] = last.p, part * self._density(fall)
+                    # far below the node, which is then no top, the density would overflow
+                    own[i], share[i] = last.p, part * self._density(max(fall, -_LOST))
         shares *= np.gradient(grid)
         total = shares.sum(axis=0)
         if not total.any():

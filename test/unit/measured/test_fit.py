@@ -211,6 +211,16 @@ def test_chaos_on_a_vibrating_platform_reaches_the_bound() -> None:
     assert fit.untold == ()
 
 
+def test_a_fit_that_ended_far_from_the_top_is_no_overflow() -> None:
+    """Hits with three impacts missed in a row ended with a traceback: math range error."""
+    times, _ = vibrating(np.random.default_rng(3), 4, 40, 0.55, 0.5, skip=30)
+    profiles = fit_impacts(times[0], frequency=20.0, time_error=1e-4, scatter=0.0).profiles
+    profiles.nodes = [replace(node, squares=node.squares + 1e4) for node in profiles.nodes]
+    vars(profiles).pop("ridges", None)
+    assert profiles.ridges
+    assert all(np.isfinite(shares).all() for _, shares in profiles.ridges)
+
+
 def test_a_settled_orbit_does_not_tell_its_parameters() -> None:
     """Period 1 gives one relation, cos τ = (1 - ε)/((1 + ε)Γ): no preset, but impacts to come."""
     fit = fit_impacts(on_plate(40, 0.45, 0.5, 200)[0], frequency=20.0, scatter=0.0)
