@@ -122,7 +122,8 @@ def test_of_simulators_that_publish_the_clock_one_runs(
     times = [time_to_ns(msg.clock) for msg in clocks]
     assert times == sorted(times)
     assert stays.end() == 0
-    assert not stays.complaints_but_late
+    warned = "another node publishes /clock"  # while the others are there
+    assert not [one for one in stays.complaints_but_late if warned not in one]
 
 
 def test_help_shows_every_parameter_topic_and_service(capfd: pytest.CaptureFixture[str]) -> None:
