@@ -344,9 +344,10 @@ class _Known:
     def _begun(self, found: _Sequence, recording: Recording, errors: Array | None) -> _Sequence:
         """The fit with missed impacts after the first hit, if that is likelier.
 
-        The first flights tell most of a transient. With one flight in place of two they tell other
-        parameters. So the parameters are those of the other flights. If a begin is not a hundred
-        times as likely as a false first hit, it is not taken.
+        The first flights of a transient depend most on the parameters. With one flight in place of
+        two their fit has other parameters. So the times of missed impacts are computed with the
+        parameters of the later flights. A chain with missed impacts is taken only if it is a
+        hundred times as likely as a false first hit.
         """
         times, tried = recording.times, _Tried(self, recording, errors, found)
         heard, chain = self._heard(times), found.chain
@@ -707,10 +708,10 @@ class _Tried:
         self, chain: Chain, start: Array | None = None, is_near: bool = False,
         least: float = -math.inf,
     ) -> bool:  # fmt: skip
-        """Fit one more chain; whether that is worth to be tried again after other changes.
+        """Fit one more chain; return whether to try its change again after other changes.
 
-        `is_near`: its true times are near those of the first fit. `least`: its evidence, if it can
-        be the likeliest.
+        `start`: parameters from which its fit begins. `is_near`: its true times are near the true
+        times of the first fit. `least`: evidence that it must exceed to become the likeliest chain.
         """
         profiles = self._found.profiles
         data = self._known._data(self._recording, self._errors, chain)

@@ -68,22 +68,22 @@ def evidence_of(profiles: Profiles, odd: int) -> float:
     `odd`: hits that are left out, missed impacts and contacts, each with the cost that it has in
     the search for the chain. The likelihood is integrated over the parameters as by Schwarz
     ("Estimating the dimension of a model", 1978): each costs half of the logarithm of the number of
-    equations. A missed second impact is one parameter more: it has the density of one over its
-    interval. If hits of no law are the truth, the ratio of both likelihoods exceeds x with a
-    probability of 1/x at most (Markov's inequality).
+    equations. A missed second impact is one more parameter, whose density is one over the interval
+    of the flights around it. If hits of no law are the truth, the ratio of both likelihoods exceeds
+    x with a probability of 1/x at most (Markov's inequality).
     """
     node, data, model = profiles.best, profiles.data, profiles.model
     if profiles.degrees < 1 and not data.is_absolute:
         return math.nan
     scale = profiles.scale(node)
-    told = (data.kinds != VOID) & ~data.missed[2:]
+    is_measured = (data.kinds != VOID) & ~data.missed[2:]
     measured = np.maximum.accumulate(np.where(data.missed, -np.inf, data.times))
     intervals = data.times[2:] - measured[1:-1]
     spreads = math.sqrt(math.tau) * scale * data.errors
     evidence = -0.5 * (node.squares / scale**2 + node.log_det)
-    evidence += float(np.sum(np.log(intervals[told] / spreads[2:][told])))
-    if data.missed[1] and told.any():
-        evidence += math.log(spreads[1] / intervals[told][0])
+    evidence += float(np.sum(np.log(intervals[is_measured] / spreads[2:][is_measured])))
+    if data.missed[1] and is_measured.any():
+        evidence += math.log(spreads[1] / intervals[is_measured][0])
     if model.phase is not None:
         evidence += math.log(math.sqrt(math.tau) / scale)
     count = len(model.free) + (not data.is_absolute) + (model.scatter is None)

@@ -40,7 +40,8 @@ _NAMES = {RESTITUTION: "restitution", AMPLITUDE: "axial_amplitude", PHASE: "forc
 class Alternative:
     """Other impacts that explain the hits: times of missed ones and of rejected hits, s.
 
-    `odds`: for them, against those of the fit. Its parameters are out of the intervals of the fit.
+    `odds`: of these impacts against the impacts of the fit. Their parameters are outside the
+    intervals of the fit.
     """
 
     missed: Array

@@ -41,9 +41,9 @@ _CHANGES = np.linspace(-0.1, 0.2, 7)
 """Of the restitution, from the fastest impact to the slowest ones."""
 
 _TRIED, _NEAR, _ALIKE = 256, 0.05, 0.01
-"""Times between two hits at which a missed impact is looked for, part of this flight by which
-others have to land near the second hit, and part by which times differ that have the same fit: the
-parameters are not yet those of the fit."""
+"""Number of times between two hits at which a missed impact is looked for. Then two parts of the
+time between these hits: how far from the second hit the last flight may land, since the parameters
+are not yet fitted, and how far apart two times may be that lead to the same fit."""
 _MOST_BEGUN = 3
 """Missed impacts after the first hit."""
 

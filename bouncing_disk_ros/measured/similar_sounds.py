@@ -44,8 +44,8 @@ _ROUNDS = 8
 _SETS = 3
 """Sets of sounds that are alike: hits, a voice, and bumps. Chosen, not tried."""
 _NEAREST, _NEXT = 7, 3
-"""Hits whose median is the shape that a sound is compared with, and those of a wider set. Chosen:
-with three alone, parts of voices were taken for hits."""
+"""Numbers of hits whose median is the shape that a sound is compared with: for a set, and for its
+wider set. Chosen: with three for both, parts of voices were taken for hits."""
 _SAME = 5e-3
 """One minus the cosine of sounds that noise alone makes different: nearer ones count no more.
 Chosen, not tried."""

@@ -193,8 +193,8 @@ def _of_flights(
 ) -> NDArray[np.bool_]:
     """The set with the likeliest flights on a platform at rest; where none has any, the first.
 
-    With it those sounds of its wider set that are landings of the same flights: a ball can sound
-    otherwise at low speed.
+    Sounds of its wider set are added where the same flights land: a ball can sound different at low
+    speed.
     """
     if len(sets) == 1 and not (sets[0][1] & ~sets[0][0]).any():
         return sets[0][0]

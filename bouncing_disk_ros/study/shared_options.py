@@ -39,7 +39,7 @@ def specs_by_name(*specs: Spec) -> Mapping[str, Spec]:
 
 
 def of_simulator(name: str) -> Spec:
-    """A parameter of the simulator as that of a study, in which nothing is changed or reset."""
+    """A parameter of the simulator as a study has it: nothing is changed or reset there."""
     spec = TABLE[name]
     description, _, _ = spec.description.partition(" at the start and after a reset")
     return replace(spec, description=description, while_unconfigured=False)
