@@ -16,7 +16,7 @@ TEST = Path(__file__).resolve().parents[1]
 PACKAGE = Path(bouncing_disk_ros.__file__).resolve().parents[1]
 
 
-pytestmark = [pytest.mark.interop, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.interop, pytest.mark.timeout(900)]
 
 
 def collected(*arguments: str | Path, cwd: Path = TEST.parent) -> subprocess.CompletedProcess[str]:
@@ -29,7 +29,7 @@ def collected(*arguments: str | Path, cwd: Path = TEST.parent) -> subprocess.Com
         cwd=cwd,
         capture_output=True,
         text=True,
-        timeout=280,
+        timeout=880,  # the first one compiles the kernels for its numba
         check=False,
     )
 
