@@ -1,7 +1,7 @@
 """What all tests share: a ROS domain of their own, compiled kernels, processes, hypothesis.
 
-Fixtures: `start` (support/processes.py), `talker` (support/talker.py), `live` (support/live.py),
-`ros_domain`, `warm_kernels`, `warm_juggling`. Every test runs in the session's own ROS domain, on
+Fixtures: `start` (support/processes.py), `talker` (support/ros_peer.py), `ros_domain`,
+`warm_kernels`, `warm_juggling`. Every test runs in the session's own ROS domain, on
 this machine only.
 """
 
@@ -24,8 +24,7 @@ from bouncing_disk_ros.command_line import private_domain
 from support.processes import Starter
 
 if TYPE_CHECKING:
-    from support.live import LiveSimulators
-    from support.talker import Talker
+    from support.ros_peer import Talker
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -156,19 +155,9 @@ def start(ros_domain: int, warm_kernels: None) -> Iterator[Starter]:
 
 
 @pytest.fixture
-def live(ros_domain: int, warm_kernels: None) -> Iterator[LiveSimulators]:
-    """Make simulators in real time within this process; see support/live.py."""
-    from support.live import LiveSimulators
-
-    made = LiveSimulators()
-    yield made
-    made.close()
-
-
-@pytest.fixture
 def talker(ros_domain: int) -> Iterator[Talker]:
-    """A node of the test that publishes and calls services; see support/talker.py."""
-    from support.talker import Talker
+    """A node of the test that publishes and calls services; see support/ros_peer.py."""
+    from support.ros_peer import Talker
 
     talker = Talker()
     yield talker

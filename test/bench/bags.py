@@ -33,7 +33,7 @@ from bouncing_disk_ros.ros.to_messages import impacts_to_msg
 from support import large_bag
 from support.bags import START_NS, impact_rows, message
 from support.processes import Starter
-from support.talker import Talker
+from support.ros_peer import Talker
 
 ROUNDS = 5
 NUMBERS = "std_msgs/msg/Float64MultiArray"

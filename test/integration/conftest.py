@@ -22,7 +22,7 @@ def make(
 
 
 @pytest.fixture
-def peer(ros_domain: int) -> Iterator[Peer]:
+def peer(ros_domain: int, warm_kernels: None) -> Iterator[Peer]:
     """A peer of the simulators without a namespace."""
     made = Peer()
     yield made

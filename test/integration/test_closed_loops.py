@@ -160,7 +160,7 @@ def test_time_stands_at_a_gate_and_services_answer(loops: Callable[..., Loop]) -
     assert loop.gate in (gate, gate + 1)
     second = GateController(1, context=loop.context)  # another one takes over
     loop.executor.add_node(second)
-    loop.controllers.append(second)
+    loop.nodes.append(second)
     loop.spin_until(lambda: loop.gate >= gate + 5)
 
 

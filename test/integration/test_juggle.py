@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from array import array
 from collections.abc import Iterator
 from itertools import product
@@ -12,10 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-import rclpy
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
-from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import PointCloud2
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, InitialState
@@ -28,7 +24,6 @@ from bouncing_disk_ros.juggling.juggler import Juggler
 from bouncing_disk_ros.juggling.loop_settings import Sensor, period_one_points
 from bouncing_disk_ros.juggling.loop_verdict import Outcome
 from bouncing_disk_ros.juggling.simulated_loop import run_loop
-from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 from bouncing_disk_ros.ros.to_messages import impacts_to_msg
 from support.coverage import in_soak
@@ -40,10 +35,10 @@ from support.juggle_loops import (
     Make,
     juggler_of,
     motion_of,
-    overrides_of,
     run_both,
     watched,
 )
+from support.ros import Nodes, overrides_of
 
 ROOT = Path(__file__).resolve().parents[2]
 PERIODS = 12
@@ -106,15 +101,14 @@ def test_through_ros_the_impacts_are_the_same_to_the_bit(
 
 
 @pytest.fixture
-def context(ros_domain: int, warm_kernels: None) -> Iterator[rclpy.Context]:
-    made = rclpy.Context()
-    rclpy.init(context=made, args=[], signal_handler_options=SignalHandlerOptions.NO)
+def nodes(warm_kernels: None) -> Iterator[Nodes]:
+    made = Nodes()
     yield made
-    rclpy.shutdown(context=made)
+    made.close()
 
 
 def test_in_lockstep_the_node_answers_the_gates_and_the_impacts_are_the_same(
-    context: rclpy.Context,
+    nodes: Nodes,
 ) -> None:
     """The simulator runs as fast as it can and waits for the node at each impact."""
     motion, disk = motion_of(0.55), DISK
@@ -122,23 +116,15 @@ def test_in_lockstep_the_node_answers_the_gates_and_the_impacts_are_the_same(
         **motion._asdict(), **disk._asdict(), "initial_forcing_phase": 1.5 * math.pi,
         "lockstep": "impact", "real_time_factor": 0.0, "publish_clock": True,
     }  # fmt: skip
-    simulator = SimulatorNode(context=context, parameter_overrides=overrides_of(values))
+    nodes.simulator(**values)
     values = {"gravity": GRAVITY, "lead": 0.0, "lockstep_number": 1}
-    node = JuggleNode(OPTIONS, context=context, parameter_overrides=overrides_of(values))
+    node = JuggleNode(OPTIONS, context=nodes.context, parameter_overrides=overrides_of(values))
+    nodes.add(node)
     rows: list[Any] = []
     node.create_subscription(
         PointCloud2, "disk/impacts", lambda cloud: rows.append(impacts_from_msg(cloud).copy()), 1000
     )
-    executor = SingleThreadedExecutor(context=context)
-    for one in (simulator, node):
-        executor.add_node(one)
-    end = time.monotonic() + 60.0
-    while len(rows) < 25:
-        assert time.monotonic() < end, node.status
-        executor.spin_once(timeout_sec=0.02)
-    for one in (node, simulator):
-        executor.remove_node(one)
-        one.destroy_node()
+    nodes.spin_until(lambda: len(rows) >= 25)
     simulation = Simulation(motion, disk, InitialState(), chatter_report_speed=REPORTED)
     record = run_loop(simulation, Juggler("deadbeat", motion, disk), periods=2 * PERIODS)
     found = np.concatenate(rows)[:25]

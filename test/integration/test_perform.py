@@ -26,7 +26,6 @@ from bouncing_disk_ros.ros.from_messages import msg_to_motion
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.input_replay import advance_to, apply, restored
 from support.in_process import ends
-from support.live import LiveSimulators
 from support.processes import Process, Starter, environment
 from support.ros_peer import Peer
 
@@ -104,11 +103,9 @@ def test_a_programme_is_carried_out(start: Starter, programme: Path, peer: Peer)
     peer.spin_until(lambda: held() == [[0.004, 0.0]] * 2)
 
 
-def test_a_published_clock_is_asked_for(
-    start: Starter, live: LiveSimulators, programme: Path
-) -> None:
+def test_a_published_clock_is_asked_for(start: Starter, programme: Path) -> None:
     peer = Peer("slow")
-    live(peer, namespace="slow", real_time_factor=0.5, publish_clock=True)
+    peer.simulator(namespace="slow", real_time_factor=0.5, publish_clock=True)
     here = ("--ros-args", "-r", "__ns:=/slow")
     refused = start("perform", str(programme), *here)
     peer.spin_until(lambda: not refused.running)
@@ -153,10 +150,10 @@ def test_the_clock_of_another_node_is_refused(
     peer.node.destroy_publisher(publisher)
 
 
-def test_a_simulator_in_lockstep_is_left_alone(start: Starter, live: LiveSimulators) -> None:
+def test_a_simulator_in_lockstep_is_left_alone(start: Starter) -> None:
     """Its time stood until a reset: no controller had announced the programme."""
     peer = Peer("locked")
-    live(peer, namespace="locked", lockstep="tick")
+    peer.simulator(namespace="locked", lockstep="tick")
     refused = start("perform", "spin_up", "--ros-args", "-r", "__ns:=/locked")
     peer.spin_until(lambda: not refused.running)
     assert refused.wait() == 1

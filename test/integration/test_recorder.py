@@ -15,9 +15,8 @@ from rosbags.rosbag2 import Reader
 from std_msgs.msg import Float64MultiArray, String
 
 from bouncing_disk_ros import bag
-from support.processes import PATIENCE, Process, Starter, recorder
-from support.ros_peer import Peer
-from support.talker import RELIABLE, Talker
+from support.processes import Process, Starter, recorder, wait_until
+from support.ros_peer import RELIABLE, Peer, Talker
 
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -46,12 +45,15 @@ def test_what_a_stalled_recorder_misses_is_counted(
         publisher.publish(message)
         sent += 1
     process.send(signal.SIGCONT)
-    end = time.monotonic() + PATIENCE
-    while not re.search(r", [1-9]\d* lost on the way", process.output):
-        assert time.monotonic() < end, process.output  # a gap shows when something comes after it
+
+    def publish_another() -> None:  # a gap shows when something comes after it
+        nonlocal sent
         publisher.publish(message)
         sent += 1
         time.sleep(0.05)
+
+    lost = re.compile(r", [1-9]\d* lost on the way")
+    wait_until(lambda: lost.search(process.output), publish_another, lambda: process.output)
     finish(process)
     match = process.wait_for(r"/weak +(\d+) recorded, lost on the way: (\d+)")
     with bag.open(tmp_path / "run") as run:

@@ -19,8 +19,8 @@ from std_msgs.msg import Float64MultiArray, String
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.ros.to_messages import IMPACT_FIELDS
-from support.processes import Starter, recorder
-from support.talker import Talker, wait_until
+from support.processes import Starter, recorder, wait_until
+from support.ros_peer import Talker
 
 LATCHED = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 HEAD = b"\x00\x01\x00\x00"

@@ -37,7 +37,6 @@ from bouncing_disk_ros.limits import REQUEST_ITEMS, REQUEST_TEXT
 from bouncing_disk_ros.ros.requests import guard_services
 from reference.cases import FIRST, examples
 from support.coverage import in_soak
-from support.live import LiveSimulators
 from support.processes import PATIENCE, Process, Starter
 from support.ros import Nodes
 from support.ros_peer import Peer
@@ -139,14 +138,14 @@ class Clients(Nodes):
         self._services, self._target = services, f"/{node}"
         for i in range(count):
             self.new_node(f"client_{i}")
-        self._clients = [
+        self._of_each = [
             {
                 name: one.create_client(kind, f"{self._target}/{name}")
                 for name, (kind, _) in services.items()
             }
             for one in self.nodes
         ]
-        for one, clients in zip(self.nodes, self._clients, strict=True):
+        for one, clients in zip(self.nodes, self._of_each, strict=True):
             for name, client in clients.items():
                 self.spin_until(client.service_is_ready, what=name)
             self.meet(one, self._target)
@@ -163,7 +162,7 @@ class Clients(Nodes):
                 if one is None and next(todo, None) is not None:
                     name = rng.choice(list(self._services))
                     request = self._services[name][1](rng)
-                    future = self._clients[place][name].call_async(request)
+                    future = self._of_each[place][name].call_async(request)
                     open_[place] = (name, request, future, time.monotonic())
                 elif one is not None:
                     name, request, future, since = one
@@ -206,9 +205,9 @@ def parameter(kind: int, name: str = "restitution", **content: Any) -> Parameter
 
 
 def test_a_request_that_cannot_be_satisfied_is_answered_and_counted(
-    live: LiveSimulators, peer: Peer, capfd: pytest.CaptureFixture[str]
+    peer: Peer, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    live(peer, crossfade_duration=0.1)
+    peer.simulator(crossfade_duration=0.1)
     peer.settle()
     for transition in (
         Transition(id=Transition.TRANSITION_ACTIVATE),  # it is active
@@ -287,14 +286,10 @@ def ended_well(process: Process) -> None:
 
 def test_no_node_hides_what_rclpy_keeps_under_the_same_name(ros_domain: int) -> None:
     """A recorder that kept something in `_parameters` was ended by a request for a parameter."""
-    import rclpy
-
-    context = rclpy.Context()
-    rclpy.init(context=context)
-    node = LifecycleNode("any", context=context)
-    theirs = set(vars(node))
-    node.destroy_node()
-    rclpy.shutdown(context=context)
+    nodes = Nodes()
+    nodes.add(LifecycleNode("any", context=nodes.context))
+    theirs = set(vars(nodes.nodes[0]))
+    nodes.close()
     for file in (Path(bouncing_disk_ros.__file__).parent / "nodes").rglob("*.py"):
         for made in ast.walk(ast.parse(file.read_text("utf-8"))):
             if isinstance(made, ast.ClassDef) and any("Node" in ast.unparse(b) for b in made.bases):

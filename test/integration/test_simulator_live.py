@@ -23,16 +23,13 @@ from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.ros.from_messages import msg_to_joints, msg_to_motion, time_to_ns
 from bouncing_disk_ros.run.session import motion_of
 from bouncing_disk_ros.units import NS
-from support.live import LiveSimulators
 from support.ros_peer import Peer
 from support.wrong_commands import WRONG, wrench
 
 
-def test_a_stamped_programme_is_reached_when_asked_and_moves_the_platform_so(
-    live: LiveSimulators, peer: Peer
-) -> None:
+def test_a_stamped_programme_is_reached_when_asked_and_moves_the_platform_so(peer: Peer) -> None:
     # long enough for a busy machine to publish it while it is in force
-    live(peer, crossfade_duration=1.0, state_rate=200.0)
+    peer.simulator(crossfade_duration=1.0, state_rate=200.0)
     peer.settle()
     peer.spin_until(lambda: peer.heard["joint_states"])
     peer.publisher("platform/command")  # found before the time is taken
@@ -65,9 +62,9 @@ def test_a_stamped_programme_is_reached_when_asked_and_moves_the_platform_so(
 
 
 def test_wrong_commands_of_every_kind_are_refused_and_nothing_changes(
-    live: LiveSimulators, peer: Peer, capfd: pytest.CaptureFixture[str]
+    peer: Peer, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    live(peer)
+    peer.simulator()
     peer.settle()
     for topic, msg, _ in WRONG:
         peer.publish(topic, msg)
@@ -97,10 +94,8 @@ def refused(peer: Peer) -> tuple[int, str]:
     return int(values["refused"]), values["last refusal"]
 
 
-def test_stamp_and_simulated_time_of_the_motion_lie_on_the_line_in_force(
-    live: LiveSimulators, peer: Peer
-) -> None:
-    live(peer)
+def test_stamp_and_simulated_time_of_the_motion_lie_on_the_line_in_force(peer: Peer) -> None:
+    peer.simulator()
     peer.settle()
 
     def offset() -> int:
@@ -126,10 +121,8 @@ def test_stamp_and_simulated_time_of_the_motion_lie_on_the_line_in_force(
         assert (stamp - offset()) % (NS // 100) == 0
 
 
-def test_a_late_subscriber_gets_motion_phase_and_the_whole_record(
-    live: LiveSimulators, peer: Peer
-) -> None:
-    live(peer, start_paused=True)
+def test_a_late_subscriber_gets_motion_phase_and_the_whole_record(peer: Peer) -> None:
+    peer.simulator(start_paused=True)
     peer.settle()
     peer.command((0.0, {"axial_amplitude": 0.02}))
     peer.spin_until(lambda: peer.records and peer.records[-1]["kind"] == "motion")
@@ -147,27 +140,27 @@ def test_a_late_subscriber_gets_motion_phase_and_the_whole_record(
     ids=["Python's default", "a shorter one"],
 )
 def test_ticks_wait_for_no_longer_than_the_switch_interval(
-    live: LiveSimulators, peer: Peer, before: float, beside: float
+    peer: Peer, before: float, beside: float
 ) -> None:
     """A study beside a simulator held the interpreter's lock for Python's 5 ms at a time."""
     own = sys.getswitchinterval()
     sys.setswitchinterval(before)
     try:
-        live(peer)
+        peer.simulator()
         assert sys.getswitchinterval() == pytest.approx(beside)
     finally:
         sys.setswitchinterval(own)
 
 
-def test_a_node_may_be_destroyed_twice(live: LiveSimulators, peer: Peer) -> None:
+def test_a_node_may_be_destroyed_twice(peer: Peer) -> None:
     """As any node of rclpy. It waited for the subscribers of topics that were gone: a traceback."""
-    live(peer).destroy_node()  # and once more by the fixture
+    peer.simulator().destroy_node()  # and once more by the peer
 
 
-def test_two_nodes_in_two_namespaces_keep_apart(live: LiveSimulators) -> None:
+def test_two_nodes_in_two_namespaces_keep_apart(warm_kernels: None) -> None:
     left, right = Peer("left"), Peer("right")
     for name in ("left", "right"):
-        live(left, namespace=name, preset="pizza_multiple_toss")
+        left.simulator(namespace=name, preset="pizza_multiple_toss")
     left.command((0.0, {"axial_amplitude": 0.02}))
     left.wait_for_record("motion")
     inputs = ("inputs", "left/bouncing_disk")
@@ -180,9 +173,9 @@ def test_two_nodes_in_two_namespaces_keep_apart(live: LiveSimulators) -> None:
     right.close()
 
 
-def test_two_nodes_in_one_namespace_are_warned_of(live: LiveSimulators, peer: Peer) -> None:
-    live(peer)
-    live(peer, "other")
+def test_two_nodes_in_one_namespace_are_warned_of(peer: Peer) -> None:
+    peer.simulator()
+    peer.simulator("other")
 
     def warned() -> bool:
         _, message, _ = peer.diagnostic("inputs")
@@ -192,10 +185,10 @@ def test_two_nodes_in_one_namespace_are_warned_of(live: LiveSimulators, peer: Pe
 
 
 def test_a_later_publisher_of_the_clock_is_warned_of(
-    live: LiveSimulators, peer: Peer, monkeypatch: pytest.MonkeyPatch
+    peer: Peer, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(clocks, "YOUNG_NS", 0)  # else it may have been there first
-    live(peer, publish_clock=True)
+    peer.simulator(publish_clock=True)
 
     def warned() -> bool:
         _, message, _ = peer.diagnostic("real time")
@@ -209,10 +202,8 @@ def test_a_later_publisher_of_the_clock_is_warned_of(
 
 
 # --- speed ----------------------------------------------------------------------------------------
-def test_free_running_is_faster_than_the_clock_and_loses_nothing(
-    live: LiveSimulators, peer: Peer
-) -> None:
-    live(peer, start_paused=True, rotor_speed_rate=1.0, state_rate=1.0)
+def test_free_running_is_faster_than_the_clock_and_loses_nothing(peer: Peer) -> None:
+    peer.simulator(start_paused=True, rotor_speed_rate=1.0, state_rate=1.0)
     peer.settle()
     assert peer.set_parameters(real_time_factor=0.0).successful
     peer.call(SetBool, "pause", SetBool.Request(data=False))
@@ -226,9 +217,9 @@ def test_free_running_is_faster_than_the_clock_and_loses_nothing(
 
 
 def test_a_simulator_that_cannot_keep_up_says_so_and_stays_alive(
-    live: LiveSimulators, peer: Peer, capfd: pytest.CaptureFixture[str]
+    peer: Peer, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    live(peer, preset="swum", real_time_factor=100000.0, state_rate=1.0)
+    peer.simulator(preset="swum", real_time_factor=100000.0, state_rate=1.0)
     peer.settle()
     peer.spin_until(lambda: peer.diagnostic("real time")[0] == 2)
     said = r"\[ERROR\].*real time: running, .* behind: lower real_time_factor"
@@ -241,9 +232,9 @@ def test_a_simulator_that_cannot_keep_up_says_so_and_stays_alive(
 
 
 def test_a_long_step_leaves_services_and_diagnostics_alive_and_can_be_cancelled(
-    live: LiveSimulators, peer: Peer, capfd: pytest.CaptureFixture[str]
+    peer: Peer, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    live(peer, start_paused=True, frequency=1e-6)
+    peer.simulator(start_paused=True, frequency=1e-6)
     peer.settle()
     assert "under way" in peer.call(Trigger, "step").message
     for _ in range(2):
@@ -261,9 +252,9 @@ def test_a_long_step_leaves_services_and_diagnostics_alive_and_can_be_cancelled(
         assert line in said
 
 
-def test_an_ultrasonic_motor_publishes_every_impact(live: LiveSimulators, peer: Peer) -> None:
+def test_an_ultrasonic_motor_publishes_every_impact(peer: Peer) -> None:
     """It chatters: rows of both kinds."""
-    live(peer, preset="swum", axial_amplitude=7.2e-7)
+    peer.simulator(preset="swum", axial_amplitude=7.2e-7)
     peer.settle()
     peer.spin_until(lambda: peer.heard["disk/impacts"])
     peer.heard["disk/impacts"].clear()

@@ -7,7 +7,6 @@ import math
 import os
 import signal
 import threading
-import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import ClassVar
@@ -27,7 +26,7 @@ from bouncing_disk_ros.study import command, named, open_result, run, runner
 from bouncing_disk_ros.study.by_name import definition_of
 from bouncing_disk_ros.study.command import run_command
 from bouncing_disk_ros.study.outlets import StudyOutlet, image_message
-from support.processes import Process, Starter
+from support.processes import Process, Starter, wait_until
 from support.ros import wait_for_message
 
 pytestmark = pytest.mark.timeout(300)  # longer than any wait here
@@ -118,11 +117,7 @@ def test_interrupted_work_is_kept_and_the_same_command_goes_on(
     node = begin(start, "basin_shares", tmp_path / "s", workers=1, use_sim_time="true", **values)
     first = wait_for_message(Float32, "/basin_shares/progress", latched=True, timeout=WAIT)
     assert first.data < 1.0
-    deadline = time.monotonic() + WAIT
-    while not list((store / "region_done").glob("c/*")):
-        assert node.running, node.output
-        assert time.monotonic() < deadline
-        time.sleep(0.01)  # a poll of the condition
+    wait_until(lambda: list((store / "region_done").glob("c/*")), told=lambda: node.output)
     assert node.end(signal.SIGINT, WAIT) == 130
     found = node.wait_for(r"interrupted; (\d+) of 8 parts are kept in .*, and the same command")
     assert 1 <= int(found.group(1)) < 8

@@ -10,7 +10,6 @@ from __future__ import annotations
 import shutil
 import signal
 import subprocess
-import time
 from pathlib import Path
 
 import pytest
@@ -18,9 +17,9 @@ from std_msgs.msg import String
 
 from bouncing_disk_ros import bag
 from support.bags import TYPES, Sent, make, messages
-from support.processes import PATIENCE, Starter, environment
+from support.processes import PATIENCE, Starter, environment, wait_until
 from support.ros import wait_for_message
-from support.talker import Talker
+from support.ros_peer import Talker
 
 pytestmark = pytest.mark.interop
 
@@ -74,10 +73,7 @@ def test_its_bag_is_read(start: Starter, talker: Talker, tmp_path: Path) -> None
     command = ["ros2", "bag", "record", "-s", "mcap", "-o", str(target), "--topics", "/text"]
     process = start.command(command)
     publisher = talker.node.create_publisher(String, "/text", 100)
-    deadline = time.monotonic() + PATIENCE
-    while publisher.get_subscription_count() == 0:
-        assert time.monotonic() < deadline, process.output
-        time.sleep(0.01)
+    wait_until(publisher.get_subscription_count, told=lambda: process.output)
     for number in range(50):
         publisher.publish(String(data=str(number)))
     publisher.wait_for_all_acked()

@@ -5,8 +5,7 @@ from __future__ import annotations
 import os
 import re
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,7 @@ from bouncing_disk_ros.workbench.scene_table import SCENES
 from support import browser as chromium
 from support import without_ros as ros_hidden
 from support.npm import install
-from support.processes import Process, Starter
+from support.processes import Process, Starter, wait_until
 
 pytestmark = pytest.mark.interop
 SHOTS = os.environ.get("SCREENSHOTS", "")
@@ -71,14 +70,8 @@ def without_ros(start: Starter) -> Process:
     return hidden_ros(start)
 
 
-def wait(condition: Callable[[], Any], seconds: float = 60.0) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, f"the condition did not hold within {seconds} s"
-
-
 def wait_for_text(browser: Any, pattern: str) -> None:
-    wait(lambda: re.search(pattern, chromium.page_text(browser)))
+    wait_until(lambda: re.search(pattern, chromium.page_text(browser)))
 
 
 def look(browser: Any, name: str) -> None:
@@ -105,9 +98,9 @@ def test_the_page_fits_the_screen(browser: Any, without_ros: Process) -> None:
         return chromium.widest(browser) <= width
 
     browser.get(without_ros.wait_for(r"(http://\S+)$", 60.0)[1])
-    wait(lambda: seconds_shown(browser) > 1.0)
+    wait_until(lambda: seconds_shown(browser) > 1.0)
     chromium.button(browser, scene.title).click()
-    wait(lambda: scene.find in chromium.page_text(browser))
+    wait_until(lambda: scene.find in chromium.page_text(browser))
     for tab, done in SEEN.items():
         chromium.button(browser, tab).click()
         wait_for_text(browser, done)
@@ -115,7 +108,7 @@ def test_the_page_fits_the_screen(browser: Any, without_ros: Process) -> None:
             screen = {"width": width, "height": height, "deviceScaleFactor": 1}
             mobile = {"mobile": width < 700}
             browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {**screen, **mobile})
-            wait(fits, 10.0)
+            wait_until(fits, timeout=10.0)
             boxes = chromium.boxes(browser)
             assert len(boxes) > len(CONTROLS)
             for (name, *one), (other, *two) in combinations(boxes, 2):
@@ -144,9 +137,9 @@ def test_the_page_takes_keys_and_can_be_read(browser: Any, without_ros: Process)
         return len(chromium.contrasts(browser)) > 50
 
     browser.get(without_ros.wait_for(r"(http://\S+)$", 60.0)[1])
-    wait(lambda: seconds_shown(browser) > 1.0)
+    wait_until(lambda: seconds_shown(browser) > 1.0)
     chromium.button(browser, "Pause").send_keys(Keys.SPACE)
-    wait(lambda: chromium.button(browser, "Resume"))
+    wait_until(lambda: chromium.button(browser, "Resume"))
     stops = [press(Keys.TAB)]
     while (stop := press(Keys.TAB)) != stops[0]:
         stops.append(stop)
@@ -177,9 +170,9 @@ def test_axe_finds_nothing_serious_on_the_page(
     install(Path(__file__).with_name("package.json"), tmp_path)
     axe = tmp_path / "node_modules" / "axe-core" / "axe.min.js"
     browser.get(without_ros.wait_for(r"(http://\S+)$", 60.0)[1])
-    wait(lambda: chromium.button(browser, "Pause"))
+    wait_until(lambda: chromium.button(browser, "Pause"))
     chromium.button(browser, "Pause").click()
-    wait(lambda: chromium.button(browser, "Resume"))
+    wait_until(lambda: chromium.button(browser, "Resume"))
     for tab, done in SEEN.items():
         chromium.button(browser, tab).click()
         wait_for_text(browser, done)
@@ -194,13 +187,13 @@ def test_the_page_lives_and_commands(browser: Any, workbench: Process) -> None:
     url = workbench.wait_for(r"(http://\S+)$", 60.0)[1]
     browser.get(url)
     assert browser.title == "Bouncing disk workbench"
-    wait(lambda: seconds_shown(browser) > 1.0)
+    wait_until(lambda: seconds_shown(browser) > 1.0)
     look(browser, "run")
 
     chromium.slider_handle(browser, "ε restitution").send_keys(Keys.ARROW_LEFT)
-    wait(lambda: "ros2 param set /bouncing_disk restitution" in chromium.page_text(browser))
+    wait_until(lambda: "ros2 param set /bouncing_disk restitution" in chromium.page_text(browser))
     chromium.slider_handle(browser, "Φ").send_keys(Keys.HOME)
-    wait(lambda: "platform/angular_amplitude" in chromium.page_text(browser))
+    wait_until(lambda: "platform/angular_amplitude" in chromium.page_text(browser))
     chromium.field(browser, "axial N·s").send_keys(Keys.CONTROL, "a", Keys.DELETE, Keys.TAB)
     chromium.button(browser, "Give impulse").click()
     wait_for_text(browser, r"\d\d:\d\d:\d\d impulse: got 'no number'")
@@ -213,9 +206,9 @@ def test_the_page_lives_and_commands(browser: Any, workbench: Process) -> None:
         wait_for_text(browser, says)
         look(browser, name.replace(" ", "_"))
     chromium.button(browser, "Show the number").click()
-    wait(lambda: "It is 11.15 mN·m." in chromium.page_text(browser))
+    wait_until(lambda: "It is 11.15 mN·m." in chromium.page_text(browser))
     chromium.button(browser, "Pause").click()
-    wait(lambda: chromium.button(browser, "Resume") is not None)
+    wait_until(lambda: chromium.button(browser, "Resume") is not None)
     look(browser, "paused")
 
     chromium.button(browser, "Period 1").click()
@@ -225,7 +218,7 @@ def test_the_page_lives_and_commands(browser: Any, workbench: Process) -> None:
         wait_for_text(browser, done)
         look(browser, name)
 
-    wait(lambda: "tab=Bifurcation" in browser.current_url)
+    wait_until(lambda: "tab=Bifurcation" in browser.current_url)
     assert "token" not in browser.current_url
     before = seconds_shown(browser)
     browser.refresh()
@@ -239,7 +232,7 @@ def test_a_loop_is_started_disturbed_and_stopped(browser: Any, start: Starter, r
     """It brings the disk back from an impulse, and from rest; the process ends with Stop."""
     workbench = start("workbench", *OPTIONS) if ros else hidden_ros(start)
     browser.get(workbench.wait_for(r"(http://\S+)$", 60.0)[1])
-    wait(lambda: seconds_shown(browser) > 1.0)
+    wait_until(lambda: seconds_shown(browser) > 1.0)
     chromium.button(browser, "Juggle").click()
     wait_for_text(browser, CAPTURED)
     chromium.button(browser, "Give impulse").click()
@@ -248,18 +241,18 @@ def test_a_loop_is_started_disturbed_and_stopped(browser: Any, start: Starter, r
     wait_for_text(browser, CAPTURED)
     look(browser, "juggling")
     chromium.button(browser, "Rest and chatter").click()
-    wait(lambda: not re.search(CAPTURED, chromium.page_text(browser)))
+    wait_until(lambda: not re.search(CAPTURED, chromium.page_text(browser)))
     assert children(workbench, "juggle") == 0, "a scene is another run"
     chromium.button(browser, "Period 1").click()
     wait_for_text(browser, r"Γ:\s+0\.450")
     chromium.button(browser, "Juggle").click()
     wait_for_text(browser, CAPTURED)
     chromium.button(browser, "impact times").click()
-    wait(lambda: "-p strategy:=impact_time -p" in chromium.page_text(browser))
+    wait_until(lambda: "-p strategy:=impact_time -p" in chromium.page_text(browser))
     wait_for_text(browser, CAPTURED)
     assert children(workbench, "juggle") == (1 if ros else 0)
     chromium.button(browser, "Stop").click()
-    wait(lambda: chromium.button(browser, "Juggle") is not None)
+    wait_until(lambda: chromium.button(browser, "Juggle") is not None)
     assert children(workbench, "juggle") == 0
 
 
@@ -273,12 +266,12 @@ def test_a_browser_acknowledges_what_it_draws(browser: Any, workbench: Process) 
     """Frames go on for as long as the page is seen: without that the flow would stop at once."""
     url = workbench.wait_for(r"(http://\S+)$", 60.0)[1]
     browser.get(url)
-    wait(lambda: "tab=The+run" in browser.current_url)  # nothing has changed since it opened
+    wait_until(lambda: "tab=The+run" in browser.current_url)  # nothing has changed since it opened
     assert "token" not in browser.current_url
-    wait(lambda: seconds_shown(browser) > 1.0)
+    wait_until(lambda: seconds_shown(browser) > 1.0)
     script = "return Bokeh.documents[0].get_model_by_name('path').data.time.at(-1)"
     first = float(browser.execute_script(script))
-    wait(lambda: float(browser.execute_script(script)) > first + 3.0)
+    wait_until(lambda: float(browser.execute_script(script)) > first + 3.0)
     assert abs(float(browser.execute_script(script)) - seconds_shown(browser)) < 1.0
 
 
@@ -304,6 +297,6 @@ def test_pages_from_elsewhere_get_nothing(tmp_path: Path, workbench: Process) ->
         browser.switch_to.default_content()
         browser.get(url)
         assert browser.title == "Bouncing disk workbench"
-        wait(lambda: seconds_shown(browser) > 0.0)
+        wait_until(lambda: seconds_shown(browser) > 0.0)
     finally:
         browser.quit()

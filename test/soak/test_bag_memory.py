@@ -20,7 +20,7 @@ from std_msgs.msg import Float64MultiArray
 from bouncing_disk_ros import bag
 from support import large_bag
 from support.processes import Starter
-from support.talker import Talker
+from support.ros_peer import Talker
 
 GIGABYTES = float(os.environ.get("BOUNCING_DISK_SOAK_GB", "2"))
 #: messages the middleware may hold besides: `max_samples` of Fast DDS by default, not verified

@@ -25,7 +25,7 @@ from bouncing_disk_ros import bag
 from bouncing_disk_ros.errors import InputError
 from soak import killed_writer
 from support.processes import Starter
-from support.talker import Talker
+from support.ros_peer import Talker
 
 KILLS = int(os.environ.get("BOUNCING_DISK_SOAK_KILLS", "1000"))
 HERE = Path(__file__).parent

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from rclpy.parameter import Parameter
 from sensor_msgs.msg import PointCloud2
 
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, MotionInForce
@@ -21,6 +20,7 @@ from bouncing_disk_ros.juggling.simulated_loop import run_loop
 from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 from bouncing_disk_ros.testing import SteppedSimulator
+from support.ros import overrides_of
 
 FREQUENCY, GRAVITY = 3.0, 9.81
 REPORTED = float(TABLE["chatter_report_speed"].default)
@@ -31,11 +31,6 @@ Make = Callable[..., SteppedSimulator]
 def motion_of(forcing: float) -> Motion:
     """A motion up and down with a Γ, for gravity GRAVITY."""
     return Motion(forcing * GRAVITY / (4.0 * math.pi * FREQUENCY**2), 0.0, FREQUENCY, 0.0)
-
-
-def overrides_of(values: Mapping[str, Any]) -> list[Parameter]:
-    """Parameters as a node takes them."""
-    return [Parameter(name, value=value) for name, value in values.items()]
 
 
 def juggler_of(simulator: SteppedSimulator, **values: Any) -> JuggleNode:

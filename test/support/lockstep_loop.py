@@ -7,8 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from rclpy.node import Node
-from rclpy.parameter import Parameter
 
 from bouncing_disk_ros.core.model import join_rows
 from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
@@ -48,12 +46,7 @@ class Loop(Nodes):
         super().__init__()
         own = " ".join(str(number) for number in range(1, controllers + 1))
         values = {"lockstep_controllers": numbers or own, "real_time_factor": 0.0, **values}
-        overrides = [Parameter(name, value=value) for name, value in values.items()]
-        self.node = SimulatorNode(
-            context=self.context, parameter_overrides=overrides, use_global_arguments=False
-        )
-        self.controllers: list[Any] = []
-        self.executor.add_node(self.node)
+        self.node = self.simulator(**values)
         self.records: list[Record] = []
         self._first: Record = {}
         self._clouds: list[NDArray[Any]] = []
@@ -61,11 +54,6 @@ class Loop(Nodes):
             self.watch()
         for number in range(1, controllers + 1):
             self.add(GateController(number, context=self.context))
-
-    def add(self, node: Node) -> None:
-        """Let the executor run the callbacks of a controller."""
-        self.controllers.append(node)
-        self.executor.add_node(node)
 
     def watch(self) -> None:
         """Keep inputs and rows from here on, before anything has moved."""
@@ -88,6 +76,11 @@ class Loop(Nodes):
         outputs.impacts = impacts  # type: ignore[method-assign]
 
     @property
+    def controllers(self) -> list[Any]:
+        """All nodes but the simulator."""
+        return self.nodes[1:]
+
+    @property
     def all_records(self) -> list[Record]:
         """With a snapshot of when they began."""
         return [self._first, *self.records]
@@ -104,10 +97,3 @@ class Loop(Nodes):
         assert run is not None
         assert run.gates is not None
         return run.gates.number
-
-    def close(self) -> None:
-        """Destroy all; again: nothing."""
-        if not self.context.ok():
-            return
-        self.nodes += [self.node, *self.controllers]
-        super().close()

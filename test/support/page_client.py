@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import asyncio
 import re
-import time
 from collections.abc import Callable
 from typing import Any
 from urllib.parse import urlsplit
@@ -22,7 +21,7 @@ from tornado.httpclient import AsyncHTTPClient, HTTPRequest, HTTPResponse
 from tornado.websocket import websocket_connect
 
 from support.page_link import model
-from support.processes import PATIENCE
+from support.processes import PATIENCE, wait_until
 
 
 def token_of(page: bytes) -> str:
@@ -121,11 +120,11 @@ class PageClient:
 
     def wait(self, condition: Callable[[], Any], timeout: float = PATIENCE) -> None:
         """Let messages of the server come until a condition holds."""
-        end = time.monotonic() + timeout
-        while not condition():
-            told = f"the condition did not hold within {timeout} s, after {self.frames} frames"
-            assert time.monotonic() < end, f"{told}: {self.model('status').text}"
-            self._run(self._pump())
+
+        def told() -> str:
+            return f"no such thing after {self.frames} frames: {self.model('status').text}"
+
+        wait_until(condition, lambda: self._run(self._pump()), told, timeout)
 
     def close(self) -> None:
         """Close the page; again: nothing."""

@@ -22,9 +22,9 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 PATIENCE = 60.0  # s; bounds a wait for a condition, long past any start-up on a loaded machine
 INFORMATION = re.compile(
@@ -46,6 +46,19 @@ def environment(changes: Mapping[str, str | None] | None = None) -> dict[str, st
         else:
             merged[name] = value
     return merged
+
+
+def wait_until(
+    condition: Callable[[], Any],
+    between: Callable[[], object] = lambda: time.sleep(0.01),
+    told: Callable[[], object] = lambda: "the condition did not hold",
+    timeout: float = PATIENCE,
+) -> None:
+    """Do something until a condition holds, AssertionError with what is told if it takes long."""
+    end = time.monotonic() + timeout
+    while not condition():
+        assert time.monotonic() < end, f"within {timeout} s: {told()}"
+        between()
 
 
 class Process:
@@ -186,11 +199,11 @@ def recorder(start: Starter, folder: Path, *parameters: str) -> Process:
 
 def any_ends(processes: Sequence[Process], timeout: float = PATIENCE) -> None:
     """Wait until one of several processes has ended."""
-    deadline = time.monotonic() + timeout
-    while all(one.running for one in processes):
-        assert time.monotonic() < deadline, f"all still run after {timeout} s"
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            processes[0]._popen.wait(0.05)
+    wait_until(
+        lambda: not all(one.running for one in processes),
+        told=lambda: "all still run",
+        timeout=timeout,
+    )
 
 
 class Starter:

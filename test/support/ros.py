@@ -7,19 +7,27 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import redirect_stderr
+from functools import partial
 from typing import Any
 
 import rclpy
 from rcl_interfaces.srv import GetParameters
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.signals import SignalHandlerOptions
 
+from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.ros.spin import EventsExecutor
-from support.processes import PATIENCE
+from support.processes import PATIENCE, wait_until
+
+
+def overrides_of(values: Mapping[str, Any]) -> list[Parameter]:
+    """Parameters as a node takes them."""
+    return [Parameter(name, value=value) for name, value in values.items()]
 
 
 class Nodes:
@@ -34,22 +42,39 @@ class Nodes:
         with redirect_stderr(sys.__stderr__):  # it wants a file, which that of `pytest -s` is not
             self.executor = (EventsExecutor or SingleThreadedExecutor)(context=self.context)
         self.nodes: list[Node] = []
+        self._clients: dict[str, Any] = {}
+
+    def add(self, node: Node) -> None:
+        """Run the callbacks of a node, and destroy it at the end."""
+        self.nodes.append(node)
+        self.executor.add_node(node)
 
     def new_node(self, name: str, **options: Any) -> Node:
         """Another node; `options` are those of rclpy's Node."""
         node = rclpy.create_node(name, context=self.context, use_global_arguments=False, **options)
-        self.nodes.append(node)
-        self.executor.add_node(node)
+        self.add(node)
+        return node
+
+    def simulator(
+        self, node_name: str = "bouncing_disk", namespace: str = "", **values: Any
+    ) -> SimulatorNode:
+        """A simulator in real time, with parameters by name.
+
+        It answers over DDS like a process of its own, without the seconds that one takes to start.
+        """
+        node = SimulatorNode(
+            node_name, namespace=namespace, context=self.context,
+            parameter_overrides=overrides_of(values), use_global_arguments=False,
+        )  # fmt: skip
+        self.add(node)
         return node
 
     def spin_until(
         self, condition: Callable[[], Any], timeout: float = PATIENCE, what: str = "the condition"
     ) -> None:
         """Run callbacks until a condition holds."""
-        end = time.monotonic() + timeout
-        while not condition():
-            assert time.monotonic() < end, f"{what} did not hold within {timeout} s"
-            self.executor.spin_once(timeout_sec=0.02)
+        spin = partial(self.executor.spin_once, timeout_sec=0.02)
+        wait_until(condition, spin, lambda: f"{what} did not hold", timeout)
 
     def meet(self, node: Node, target: str) -> None:
         """Wait until the node `target` knows all clients that another has made by now.
@@ -73,8 +98,19 @@ class Nodes:
         self.spin_until(future.done)
         return future.result()
 
+    def call_of(self, target: str, name: str, kind: type[Any], request: Any = None) -> Any:
+        """The answer of a service of the node `target` to a request of the first node."""
+        client = self._clients.get(name)
+        if client is None:
+            client = self._clients[name] = self.nodes[0].create_client(kind, f"{target}/{name}")
+            self.spin_until(client.service_is_ready)
+            self.meet(self.nodes[0], target)
+        return self.call_service(client, kind.Request() if request is None else request)
+
     def close(self) -> None:
-        """Leave the domain."""
+        """Leave the domain; again: nothing."""
+        if not self.context.ok():
+            return
         self.executor.shutdown()
         for node in self.nodes:
             node.destroy_node()

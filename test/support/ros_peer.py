@@ -1,4 +1,4 @@
-"""A node of the test itself that hears a simulator, commands it and calls its services.
+"""Nodes of the test itself: one hears and commands a simulator, one publishes to a recorder.
 
 Every wait is for a condition: nothing is sent before the other side is matched, nothing sleeps.
 """
@@ -10,6 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from bouncing_disk_ros.core.model import join_rows
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg, time_to_ns
@@ -18,7 +22,10 @@ from bouncing_disk_ros.ros.to_messages import programme_to_msg
 from bouncing_disk_ros.run.command_validation import PointRequest, ProgrammeRequest
 from bouncing_disk_ros.run.input_records import Record, from_json
 from bouncing_disk_ros.topics import TOPICS, Direction
-from support.ros import Nodes
+from support.processes import wait_until
+from support.ros import Nodes, overrides_of
+
+RELIABLE = QoSProfile(history=HistoryPolicy.KEEP_ALL, reliability=ReliabilityPolicy.RELIABLE)
 
 
 class Peer(Nodes):
@@ -34,17 +41,12 @@ class Peer(Nodes):
         self.node = self.new_node("peer", namespace=namespace)
         self._simulator = node
         self._publishers: dict[str, Any] = {}
-        self._clients: dict[str, Any] = {}
         self._records: list[Record] = []
         self.heard: dict[str, list[Any]] = {}
         for name, topic in TOPICS.items():
             if topic.direction is Direction.OUT and name not in without:
                 self.heard[name] = []
                 subscription_to(self.node, topic, self.heard[name].append)
-
-    def add(self, node: Node) -> None:
-        """Run the callbacks of another node too."""
-        self.executor.add_node(node)
 
     def settle(self) -> None:
         """Wait until all the topics have a publisher."""
@@ -78,24 +80,14 @@ class Peer(Nodes):
 
     def call(self, kind: type[Any], name: str, request: Any = None) -> Any:
         """Call a service of the simulator."""
-        client = self._clients.get(name)
-        if client is None:
-            client = self._clients[name] = self.node.create_client(
-                kind, f"{self._simulator}/{name}"
-            )
-            self.spin_until(client.service_is_ready)
-            self.meet(self.node, self._simulator)
-        return self.call_service(client, kind.Request() if request is None else request)
+        return self.call_of(self._simulator, name, kind, request)
 
     def set_parameters(self, **values: Any) -> Any:
         """Set parameters atomically; the result (successful, reason)."""
         from rcl_interfaces.srv import SetParametersAtomically
-        from rclpy.parameter import Parameter
 
         request = SetParametersAtomically.Request()
-        request.parameters = [
-            Parameter(name, value=value).to_parameter_msg() for name, value in values.items()
-        ]
+        request.parameters = [one.to_parameter_msg() for one in overrides_of(values)]
         return self.call(SetParametersAtomically, "set_parameters_atomically", request).result
 
     def now_ns(self) -> int:
@@ -160,3 +152,26 @@ class Peer(Nodes):
             )
 
         self.spin_until(is_heard)
+
+
+class Talker(Nodes):
+    """A node of the test that publishes and calls services."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.node = self.new_node("talker")
+
+    def publisher(
+        self, topic: str, kind: type[Any] = String, qos: QoSProfile = RELIABLE,
+        node: Node | None = None,
+    ) -> Publisher:  # fmt: skip
+        """A publisher that the recorder hears."""
+        publisher = (node or self.node).create_publisher(kind, topic, qos)
+        wait_until(lambda: publisher.get_subscription_count() > 0)
+        return publisher
+
+    def call(self, name: str) -> str:
+        """Call a service of the recorder; its message."""
+        answer = self.call_of("/recorder", name, Trigger)
+        assert answer.success
+        return str(answer.message)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import threading
-import time
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -16,6 +15,7 @@ from mcap.reader import make_reader
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag.recording import Recording
 from support.bags import messages, read, write
+from support.processes import wait_until
 
 
 def test_what_was_accepted_is_in_the_bag(tmp_path: Path) -> None:
@@ -88,7 +88,7 @@ def test_a_bag_that_is_gone_is_told_at_once_and_not_called_readable(
     tmp_path: Path, what: str
 ) -> None:
     """Also while nothing is written; nothing is put in its place."""
-    folder, ended = tmp_path / "run", threading.Event()
+    folder = tmp_path / "run"
     recording = Recording(bag.Writer(folder), 10**9)
     recording.do(lambda: recording.writer.add_topic("/a", "std_msgs/msg/String"))
     for number in range(20):
@@ -96,7 +96,6 @@ def test_a_bag_that_is_gone_is_told_at_once_and_not_called_readable(
     written = threading.Event()
     recording.do(written.set)
     assert written.wait(60.0)
-    begin = time.monotonic()
     if what == "deleted":
         shutil.rmtree(folder)
     else:
@@ -104,8 +103,7 @@ def test_a_bag_that_is_gone_is_told_at_once_and_not_called_readable(
     if what == "replaced":
         folder.mkdir()
         (folder / "run_0.mcap").write_text("mine")
-    while recording.error is None and time.monotonic() < begin + 60.0:
-        ended.wait(0.01)
+    wait_until(lambda: recording.error)
     line = str(recording.error)
     assert "run_0.mcap was deleted, moved or replaced; 20 messages that were received are" in line
     assert "can be read up to that point" not in line
@@ -137,9 +135,7 @@ def test_a_full_disk_is_told_while_a_chunk_waits(
     recording.do(lambda: recording.writer.add_topic("/a", "std_msgs/msg/String"))
     full.set()
     assert recording.put("/a", bytes(400), 0, 0, 0)
-    end = time.monotonic() + 60.0
-    while recording.error is None and time.monotonic() < end:
-        threading.Event().wait(0.01)
+    wait_until(lambda: recording.error)
     recording.close()
     assert "No space left on device" in str(recording.error)
 

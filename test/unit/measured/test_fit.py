@@ -31,7 +31,6 @@ from bouncing_disk_ros.report.report_files import mark_of
 from bouncing_disk_ros.study.by_name import definition_of
 from bouncing_disk_ros.study.from_run import of_preset, wanted
 from reference.cases import examples
-from support.live import LiveSimulators
 from support.measured_impacts import GRAVITY, at_rest, vibrating, with_law
 from support.recorded import RecordedRun
 from support.ros_peer import Peer
@@ -231,9 +230,7 @@ def test_a_settled_orbit_does_not_tell_its_parameters() -> None:
         _ = fit.preset
 
 
-def test_a_simulated_run_gives_its_parameters_back_and_a_preset(
-    tmp_path: Path, live: LiveSimulators
-) -> None:
+def test_a_simulated_run_gives_its_parameters_back_and_a_preset(tmp_path: Path) -> None:
     run = simulate(0.9, axial_forcing=0.8, frequency=20.0, restitution=0.7, initial_height=0.01)
     times = run.impacts["time"][run.impacts["count"] == 1][:14]
     file = tmp_path / "times.csv"
@@ -250,7 +247,7 @@ def test_a_simulated_run_gives_its_parameters_back_and_a_preset(
     started = simulate(0.1, preset=preset)
     assert values.items() <= started.parameters.items()
     peer = Peer()
-    node = live(peer, preset=preset, autostart=False)
+    node = peer.simulator(preset=preset, autostart=False)
     assert {name: node.get_parameter(name).value for name in values} == values
     peer.close()
     for study, forcing in (("basins", "axial_forcing"), ("motor", "axial_amplitude")):

@@ -19,7 +19,8 @@ from bouncing_disk_ros.nodes.recorder.attachments import ASKED_TIMES, RunParamet
 from bouncing_disk_ros.nodes.recorder.recorded_topic import ReceptionTimes, RecordedTopic
 from bouncing_disk_ros.nodes.recorder.recorder_node import Recorder
 from bouncing_disk_ros.units import NS
-from support.talker import Talker, wait_until
+from support.processes import wait_until
+from support.ros_peer import Talker
 
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 
