@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from support.processes import environment
+from support.processes import environment, finished
 from support.recorded import period_one_bag
 
 
@@ -34,8 +34,7 @@ def test_closed_streams_are_no_files(tmp_path: Path, warm_kernels: None) -> None
     """With `2>&-` a study ended with a traceback, and the next file became stderr."""
     arguments = ["toss_paths", "--ros-args", "-p", f"output:={tmp_path}", "-p", "figures:=none"]
     command = shlex.join([sys.executable, "-m", "bouncing_disk_ros", *arguments])
-    shell = ["sh", "-c", f"exec {command} <&- >&- 2>&-"]
-    assert subprocess.run(shell, env=environment(), timeout=100.0, check=False).returncode == 0
+    finished("sh", "-c", f"exec {command} <&- >&- 2>&-")
     assert (tmp_path / "result.zarr").is_dir()
 
 

@@ -6,7 +6,6 @@ import pkgutil
 import re
 import runpy
 import shlex
-import subprocess
 import sys
 from collections.abc import Callable
 from itertools import pairwise
@@ -31,7 +30,7 @@ from bouncing_disk_ros.run.programmes import load_programme, parse_programme
 from bouncing_disk_ros.study.by_name import definition_of
 from bouncing_disk_ros.topics import SERVICES, TOPICS
 from bouncing_disk_ros.workbench import workbench
-from support.processes import environment
+from support.processes import finished
 
 ROOT = Path(__file__).resolve().parents[2]
 FILES = (ROOT / "README.md", *(ROOT / "docs").glob("*.md"))
@@ -222,15 +221,9 @@ def run_blocks(
     plt.close("all")
     if not scripts + tests:
         return
-    done = subprocess.run(
-        [sys.executable, "-c", RUN_ALL, *scripts, "-q", *plugins, *tests],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=280,
-        env=environment({**NO_PYTEST_SETTINGS, "PYTHONPATH": home}),
-    )
-    assert done.returncode == 0, f"{done.stdout}{done.stderr}"
+    command = (sys.executable, "-c", RUN_ALL, *scripts, "-q", *plugins, *tests)
+    env = {**NO_PYTEST_SETTINGS, "PYTHONPATH": home}
+    finished(*command, env=env, cwd=folder, timeout=280.0)
 
 
 LONG = "studies.md"

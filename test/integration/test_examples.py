@@ -6,7 +6,6 @@ import ast
 import inspect
 import re
 import runpy
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -17,6 +16,7 @@ import test_own_controller
 
 import bouncing_disk_ros
 from bouncing_disk_ros.testing import SteppedSimulator
+from support.processes import finished
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "examples"
@@ -83,10 +83,7 @@ def test_help_of_a_script_waits_for_no_slow_import() -> None:
         "    print({'numba', 'numpy', 'rosbags', 'matplotlib', 'pandas'} & set(sys.modules))\n"
     )
     files = [str(EXAMPLES / f"{name}.py") for name in (*RUNS, *FOREIGN)]
-    done = subprocess.run(
-        [sys.executable, "-c", code, "--help", *files], capture_output=True, text=True, timeout=60
-    )
-    assert done.returncode == 0, done.stderr
+    done = finished(sys.executable, "-c", code, "--help", *files)
     assert done.stdout.count("set()") == done.stdout.count("python examples/") == len(files)
 
 

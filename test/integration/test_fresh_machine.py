@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import signal
-import subprocess
 import sys
 from pathlib import Path
 
@@ -13,7 +12,7 @@ from sensor_msgs.msg import JointState
 import bouncing_disk_ros
 from bouncing_disk_ros.__main__ import main
 from bouncing_disk_ros.executables import EXECUTABLES
-from support.processes import Starter, environment
+from support.processes import Starter, finished
 from support.ros import wait_for_message
 
 #: every variable that names a place for files, as a bare container has them: none
@@ -50,16 +49,9 @@ def test_no_module_of_the_current_folder_is_run(tmp_path: Path) -> None:
     for name in ("yaml", "tempfile", "hashlib", "argparse", "numpy", "mcap", "rclpy", "optional"):
         (tmp_path / f"{name}.py").write_text(f"print('hostile {name}')")
     home = Path(bouncing_disk_ros.__file__).resolve().parents[1]
-    done = subprocess.run(
-        [sys.executable, "-m", "bouncing_disk_ros", "bag_report", "no_bag"],
-        env=environment({"PYTHONPATH": str(home), "PYTHONSAFEPATH": None}),
-        capture_output=True,
-        text=True,
-        timeout=60,
-        cwd=tmp_path,
-        check=False,
-    )
-    assert done.returncode == 2, done.stderr
+    command = (sys.executable, "-m", "bouncing_disk_ros", "bag_report", "no_bag")
+    env = {"PYTHONPATH": str(home), "PYTHONSAFEPATH": None}
+    done = finished(*command, code=2, env=env, cwd=tmp_path)
     assert "hostile" not in done.stdout + done.stderr
 
 

@@ -8,13 +8,14 @@ import subprocess
 import sys
 import zipfile
 from configparser import ConfigParser
+from functools import partial
 from importlib.metadata import distribution
 from pathlib import Path
 
 import pytest
 
 from bouncing_disk_ros.executables import EXECUTABLES, entry_point
-from support.processes import Starter, environment
+from support.processes import Starter, finished
 from support.ros import wait_for_message
 from support.trees import ROOT, copy_tree
 
@@ -25,18 +26,7 @@ COLCON_PATIENCE = 250.0
 ROS_SHELL: dict[str, str | None] = {"PYTHONPATH": None, "AMENT_PREFIX_PATH": sys.prefix}
 
 
-def run(
-    *command: str, cwd: Path = ROOT, env: dict[str, str | None] | None = None
-) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        command,
-        cwd=cwd,
-        env=environment(env),
-        capture_output=True,
-        text=True,
-        timeout=COLCON_PATIENCE,
-        check=False,
-    )
+run = partial(finished, code=None, cwd=ROOT, timeout=COLCON_PATIENCE)
 
 
 # pip ----------------------------------------------------------------------------------------------
@@ -98,7 +88,7 @@ def test_installing_again_does_not_bring_deleted_modules_back(tmp_path: Path) ->
 
 def bare_venv(folder: Path) -> Path:
     """Make a virtual environment that has only this one's pip and setuptools; return its Python."""
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(folder)], check=True)
+    finished(sys.executable, "-m", "venv", "--without-pip", folder)
     (site,) = (folder / "lib").glob("python*/site-packages")
     ours = Path(distribution("setuptools").locate_file(""))  # type: ignore[arg-type]
     for part in ("pip", "setuptools", "_distutils_hack", "pkg_resources", "wheel"):

@@ -6,7 +6,6 @@ import csv
 import io
 import re
 import signal
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -26,7 +25,7 @@ from bouncing_disk_ros.ros.from_messages import msg_to_motion
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.input_replay import advance_to, apply, restored
 from support.in_process import ends
-from support.processes import Process, Starter, environment
+from support.processes import Process, Starter, finished
 from support.ros_peer import Peer
 
 RUNNING = r"running at"
@@ -231,9 +230,7 @@ def test_echo_impacts_into_head(start: Starter, simulator: Process) -> None:
     script = (
         f"{sys.executable} -m bouncing_disk_ros echo_impacts | head -2; echo ${{PIPESTATUS[0]}}"
     )
-    done = subprocess.run(
-        ["bash", "-c", script], capture_output=True, text=True, timeout=60, env=environment()
-    )
+    done = finished("bash", "-c", script)
     told = [line for line in done.stderr.splitlines() if "waiting for /disk/impacts" not in line]
     assert told == []  # on a busy machine it waits, and says so
     assert done.stdout.splitlines()[0].split()[0] == "index"

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import os
 import shutil
-import subprocess
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +20,7 @@ from bouncing_disk_ros.maps.bifurcations import period_doublings
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.orbit_studies.orbit_branch import orbit_curve
 from bouncing_disk_ros.orbit_studies.orbit_curves import Window
+from support.processes import finished
 
 pytestmark = [pytest.mark.interop, pytest.mark.timeout(600)]
 
@@ -52,32 +53,25 @@ def auto_folder() -> Path:
     return Path(given)
 
 
-def run(folder: Path, *command: str) -> str:
-    done = subprocess.run(
-        command, cwd=folder, capture_output=True, text=True, timeout=300, check=False
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
-
-
 def continued_by_auto(folder: Path, impacts: int) -> NDArray[np.float64]:
     """Rows (m, 3) of Γ, ε and the phase of an impact along AUTO's doubling curve."""
     auto = auto_folder()
     given = {"IMPACTS": impacts, "FORCING": STABLE_AT[impacts], "RESTITUTION": RESTITUTION}
-    run(folder, "gcc", "-O2", f"-I{auto / 'include'}", *(f"-D{k}={v}" for k, v in given.items()),
-        "-c", str(SOURCE), "-o", "bounces.o")  # fmt: skip
+    run = partial(finished, cwd=folder, timeout=300.0)
+    run("gcc", "-O2", f"-I{auto / 'include'}", *(f"-D{k}={v}" for k, v in given.items()),
+        "-c", SOURCE, "-o", "bounces.o")  # fmt: skip
     objects = [str(path) for path in sorted((auto / "lib").glob("*.o"))]
-    run(folder, "gfortran", "-fopenmp", "bounces.o", *objects, f"-L{auto / 'lib'}", "-lauto_c",
+    run("gfortran", "-fopenmp", "bounces.o", *objects, f"-L{auto / 'lib'}", "-lauto_c",
         "-o", "bounces")  # fmt: skip
     (folder / "fort.2").write_text(ALONG_FORCING + TOLERANCES, "utf-8")
-    shown = run(folder, "./bounces")
+    shown = run("./bounces").stdout
     assert " PD " in shown, shown
     (folder / "fort.8").rename(folder / "fort.3")
     rows = []
     for step in (1e-3, -1e-3):
         ends = f"DS={step}, UZSTOP={{2: [{LOW}, {HIGH}]}}\n"
         (folder / "fort.2").write_text(IN_THE_PLANE + TOLERANCES + ends, "utf-8")
-        shown = run(folder, "./bounces")
+        shown = run("./bounces").stdout
         assert " UZ " in shown, shown  # it came to the end of the window
         lines = (folder / "fort.7").read_text("utf-8").splitlines()
         rows += [line.split()[4:] for line in lines if line.split()[0] != "0"]

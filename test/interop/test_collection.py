@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import bouncing_disk_ros
-from support.processes import environment
+from support.processes import finished
 
 TEST = Path(__file__).resolve().parents[1]
 PACKAGE = Path(bouncing_disk_ros.__file__).resolve().parents[1]
@@ -19,19 +18,14 @@ PACKAGE = Path(bouncing_disk_ros.__file__).resolve().parents[1]
 pytestmark = [pytest.mark.interop, pytest.mark.timeout(900)]
 
 
-def collected(*arguments: str | Path, cwd: Path = TEST.parent) -> subprocess.CompletedProcess[str]:
+def collected(*arguments: str, cwd: Path = TEST.parent) -> subprocess.CompletedProcess[str]:
     """Collect as `colcon test` does, from the package's folder, beside launch_testing's hook."""
-    command = ["-m", "pytest", "--collect-only", "-q", "-p", "no:cacheprovider", "--tb=short"]
-    paths = os.pathsep.join([str(TEST), str(PACKAGE)])
-    return subprocess.run(
-        [sys.executable, *command, "-p", "support.launch_collection", *map(str, arguments)],
-        env=environment({"PYTHONPATH": paths, "PYTEST_ADDOPTS": None}),
-        cwd=cwd,
-        capture_output=True,
-        text=True,
-        timeout=880,  # the first one compiles the kernels for its numba
-        check=False,
-    )
+    options = ("--collect-only", "-q", "-p", "no:cacheprovider", "--tb=short")
+    env = {"PYTHONPATH": f"{TEST}:{PACKAGE}", "PYTEST_ADDOPTS": None}
+    plugin = ("-p", "support.launch_collection")
+    command = (sys.executable, "-m", "pytest", *options, *plugin, *arguments)
+    kernels = 880.0  # s: the first one compiles them for its numba
+    return finished(*command, code=None, env=env, cwd=cwd, timeout=kernels)
 
 
 def test_every_file_of_tests_is_collected_beside_launch_testing() -> None:

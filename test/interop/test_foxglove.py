@@ -11,7 +11,6 @@ import hashlib
 import json
 import re
 import shutil
-import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +20,7 @@ from rclpy.serialization import deserialize_message
 from bouncing_disk_ros.ros.qos import message_class
 from support.bags import TYPES, Sent, make, messages
 from support.npm import install
+from support.processes import finished
 
 pytestmark = [pytest.mark.interop, pytest.mark.timeout(300)]
 
@@ -43,12 +43,7 @@ def sent() -> list[Sent]:
 
 def read(reader: Path, files: list[Path]) -> list[dict[str, Any]]:
     """What the script prints of files."""
-    names = [str(file) for file in files]
-    done = subprocess.run(
-        ["node", str(reader), *names], capture_output=True, text=True, timeout=120
-    )
-    assert done.returncode == 0, done.stderr
-    return [json.loads(line) for line in done.stdout.splitlines()]
+    return [json.loads(line) for line in finished("node", reader, *files).stdout.splitlines()]
 
 
 def agree(expected: Any, found: Any, where: str) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import bouncing_disk_ros
-from support.processes import environment
+from support.processes import finished
 
 #: Sphinx takes half a minute; test_public_names.py holds that each name has its section
 pytestmark = [pytest.mark.interop, pytest.mark.timeout(300)]
@@ -21,15 +21,10 @@ OWN = ":".join(path for path in sys.path if path.endswith("site-packages"))
 PAGES = sorted(path.stem for path in (ROOT / "docs").glob("*.md"))
 
 
-def make(*words: str | Path) -> subprocess.CompletedProcess[str]:
-    home = str(Path(bouncing_disk_ros.__file__).resolve().parents[1])
-    return subprocess.run(
-        [sys.executable, *map(str, words)],
-        env=environment({"PYTHONPATH": f"{home}:{ROOT / 'tools'}:{OWN}"}),
-        capture_output=True,
-        text=True,
-        timeout=250,
-    )
+def make(*words: str | Path, code: int = 0) -> subprocess.CompletedProcess[str]:
+    home = Path(bouncing_disk_ros.__file__).resolve().parents[1]
+    env = {"PYTHONPATH": f"{home}:{ROOT / 'tools'}:{OWN}"}
+    return finished(sys.executable, *words, code=code, env=env, timeout=250.0)
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +33,6 @@ def html(tmp_path_factory: pytest.TempPathFactory) -> Path:
         pytest.skip("Sphinx is not installed here: pip install .[docs]")
     folder = tmp_path_factory.mktemp("docs")
     done = make(ROOT / "tools" / "make_docs.py", folder)
-    assert done.returncode == 0, done.stdout + done.stderr
     assert done.stderr == ""
     return folder / "html"
 
@@ -74,7 +68,6 @@ sys.exit(0 if make_docs.build(Path(sys.argv[1])) else 1)
 
 
 def test_a_link_to_nowhere_is_an_error(html: Path, tmp_path: Path) -> None:
-    done = make("-c", BROKEN, tmp_path)
-    assert done.returncode == 1
+    done = make("-c", BROKEN, tmp_path, code=1)
     assert done.stderr.count("WARNING") == 1
     assert "'nowhere.md'" in done.stderr

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import os
-import subprocess
 import sys
 
 import pytest
+
+from support.processes import finished
 
 pytestmark = [pytest.mark.interop, pytest.mark.timeout(300)]
 
@@ -25,14 +25,7 @@ print(hashlib.sha256(rows.tobytes() + repr(sim.sample()).encode()).hexdigest())
 
 
 def digest(**environment: str) -> str:
-    return subprocess.run(
-        [sys.executable, "-c", SCENARIO],
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=280,
-    ).stdout
+    return finished(sys.executable, "-c", SCENARIO, env=environment, timeout=280.0).stdout
 
 
 def test_bits_do_not_depend_on_the_processor() -> None:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import shutil
-import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from support.bags import TYPES, Sent, make, messages
+from support.processes import finished
 
 pytestmark = pytest.mark.interop
 
@@ -26,14 +25,10 @@ def rerun(tmp_path: Path) -> Rerun:
     if found is None:
         pytest.skip("no `rerun` here: pip install rerun-sdk")
     command, home = found, str(tmp_path / "home")
+    env = {"HOME": home, "XDG_CONFIG_HOME": home, "XDG_DATA_HOME": home, "NO_COLOR": "1"}
 
     def run(*arguments: str) -> str:
-        done = subprocess.run(
-            [command, *arguments], capture_output=True, text=True, timeout=100,
-            env={**os.environ, "HOME": home, "XDG_CONFIG_HOME": home, "XDG_DATA_HOME": home,
-                 "NO_COLOR": "1"},
-        )  # fmt: skip
-        assert done.returncode == 0, done.stdout + done.stderr
+        done = finished(command, *arguments, env=env)
         return done.stdout + done.stderr
 
     run("analytics", "disable")

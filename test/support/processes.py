@@ -61,6 +61,22 @@ def wait_until(
         between()
 
 
+def finished(
+    *command: str | Path,
+    code: int | None = 0,
+    env: Mapping[str, str | None] | None = None,
+    cwd: Path | None = None,
+    timeout: float = 100.0,
+) -> subprocess.CompletedProcess[str]:
+    """A command at its end, with what it printed; `code`: that it must end with, None: any."""
+    done = subprocess.run(
+        [*map(str, command)], env=environment(env), cwd=cwd, capture_output=True, text=True,
+        timeout=timeout, check=False,
+    )  # fmt: skip
+    assert code in (None, done.returncode), f"{command[0]}: {done.stdout}{done.stderr}"
+    return done
+
+
 class Process:
     """A running command in a session of its own; its output is read as it comes."""
 

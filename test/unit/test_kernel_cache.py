@@ -17,6 +17,7 @@ import pytest
 from bouncing_disk_ros import kernel_cache
 from support.checks import there
 from support.places import private
+from support.processes import finished
 
 
 def test_kernels_are_cached_in_xdg_cache_home_or_under_home(
@@ -204,10 +205,8 @@ def test_kernels_are_compiled_and_announced_once_for_all_installations_of_the_sa
     found = []
     for place in ("first", "second"):
         shutil.copytree(Path(kernel_cache.__file__).parent, tmp_path / place / "bouncing_disk_ros")
-        done = subprocess.run(
-            [sys.executable, str(program)], cwd=tmp_path / place, capture_output=True, text=True,
-            env={**os.environ, "PYTHONPATH": str(tmp_path / place)}, check=True,
-        )  # fmt: skip
+        env = {"PYTHONPATH": str(tmp_path / place)}
+        done = finished(sys.executable, program, env=env, cwd=tmp_path / place)
         compiled, file = done.stdout.split()
         assert Path(file).is_relative_to(tmp_path / place)
         found.append((int(compiled), done.stderr))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
 from bouncing_disk_ros.executables import EXECUTABLES, entry_point
+from support.processes import finished
 
 
 def test_importing_a_tool_loads_no_kernels_and_light_names_nothing_heavy() -> None:
@@ -20,11 +19,7 @@ def test_importing_a_tool_loads_no_kernels_and_light_names_nothing_heavy() -> No
         code += f"import bouncing_disk_ros.nodes.{module}\n"
         code += "slow = {'numba', 'matplotlib', 'scipy'} & set(sys.modules)\n"
         code += f"assert not slow, ({module!r}, slow)\n"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
-    assert done.returncode == 0, done.stderr
-
-
-ASCII = {**os.environ, "PYTHONIOENCODING": "ascii:strict"}
+    finished(sys.executable, "-c", code)
 
 
 HELP = """
@@ -46,11 +41,9 @@ for name in sys.argv[1:]:
 def test_help_waits_for_no_slow_import_and_fits_a_terminal_of_any_encoding() -> None:
     """Each executable in a process of its own, forked from one that has what they share."""
     modules = [entry_point(name).split(":")[0] for name in EXECUTABLES]
-    done = subprocess.run(
-        [sys.executable, "-c", HELP, *modules],
-        capture_output=True, text=True, timeout=100, env=ASCII,
-    )  # fmt: skip
-    assert (done.returncode, done.stderr) == (0, "")
+    env = {"PYTHONIOENCODING": "ascii:strict"}
+    done = finished(sys.executable, "-c", HELP, *modules, env=env)
+    assert done.stderr == ""
     assert all(f"usage: {name}" in done.stdout for name in EXECUTABLES)
 
 
@@ -61,6 +54,5 @@ def test_a_study_does_not_load_the_dask_and_the_zarr_that_are_installed(tmp_path
     code = "import sys; from bouncing_disk_ros.study.toss_paths.options import main\n"
     code += f"assert main({options!r}) == 0\n"
     code += "print('loaded:', *{'dask.base', 'distributed', 'xarray', 'zarr'} & set(sys.modules))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=100)
-    assert done.returncode == 0, done.stderr
+    done = finished(sys.executable, "-c", code)
     assert done.stdout.splitlines()[-1] == "loaded: xarray"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import signal
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,6 +19,7 @@ from bouncing_disk_ros.errors import ExitCode
 from bouncing_disk_ros.executables import module_of
 from bouncing_disk_ros.help_text import spec_lines
 from bouncing_disk_ros.parameters import Spec
+from support.processes import finished
 
 BIN = sys.executable.rpartition("/")[0]
 INTERRUPTED = """
@@ -69,10 +69,7 @@ def test_an_interrupted_start_is_one_line_at_most(tmp_path: Path) -> None:
         name, *arguments = command.split()
         calls.append((argv0, module_of(name), f"bouncing_disk_ros.{module}", arguments))
         expected += f"{said}code {130 if said else 0}\n"
-    done = subprocess.run(
-        [sys.executable, "-c", INTERRUPTED, json.dumps(calls)],
-        capture_output=True, text=True, timeout=100, cwd=tmp_path, check=True,
-    )  # fmt: skip
+    done = finished(sys.executable, "-c", INTERRUPTED, json.dumps(calls), cwd=tmp_path)
     assert done.stderr == expected
     assert not list(tmp_path.iterdir())
 
@@ -98,7 +95,7 @@ def test_a_program_that_imports_the_package_keeps_its_handlers() -> None:
         "import signal; before = signal.getsignal(2); import bouncing_disk_ros.report.bag_report;"
     )
     code += "assert signal.getsignal(2) is before is signal.default_int_handler"
-    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+    finished(sys.executable, "-c", code)
 
 
 @pytest.fixture
@@ -142,11 +139,9 @@ def test_an_interrupt_within_generated_code_ends_with_130(tmp_path: Path) -> Non
     """Not by SIGINT, as CPython would end a process of `python -m` after it."""
     (tmp_path / "interrupted_tool.py").write_text(_WORK)
     paths = [str(tmp_path), os.environ.get("PYTHONPATH", "")]
-    done = subprocess.run(
-        [sys.executable, "-m", "interrupted_tool"], capture_output=True, text=True, timeout=60,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))},
-    )  # fmt: skip
-    assert (done.returncode, done.stderr) == (130, "it: interrupted; so\n")
+    env = {"PYTHONPATH": os.pathsep.join(filter(None, paths))}
+    done = finished(sys.executable, "-m", "interrupted_tool", code=130, env=env)
+    assert done.stderr == "it: interrupted; so\n"
 
 
 # --- options --------------------------------------------------------------------------------------

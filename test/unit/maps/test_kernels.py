@@ -10,7 +10,6 @@ from __future__ import annotations
 import importlib
 import pkgutil
 import re
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,6 +19,7 @@ from numba.core.dispatcher import Dispatcher
 
 import bouncing_disk_ros
 from bouncing_disk_ros.core import compilation
+from support.processes import finished
 
 PACKAGE = Path(bouncing_disk_ros.__file__).parent
 PACKAGES = ("maps", "core", "motor_study", "juggling.kernels", "measured.kernels")
@@ -77,9 +77,7 @@ def test_a_start_loads_no_kernel_that_only_kernels_call(warm_kernels: None) -> N
 
     Nor lanes, which compile at import, where they are not cached.
     """
-    done = subprocess.run(
-        [sys.executable, "-c", LOADED], capture_output=True, text=True, check=True, timeout=100
-    )
+    done = finished(sys.executable, "-c", LOADED)
     assert done.stdout == "[]\n[]\n"
 
 

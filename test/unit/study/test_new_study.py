@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import ast
-import subprocess
 import sys
 from pathlib import Path
 
 import bouncing_disk_ros
 from bouncing_disk_ros.executables import STUDIES
+from support.processes import finished
 
 ROOT = Path(__file__).resolve().parents[3]
 LINE = '    "toy": ("toy_study.options", "square some numbers"),\n'
@@ -75,11 +75,8 @@ sys.exit(main())
 def test_a_new_study_has_help_a_command_a_function_units_and_a_table(tmp_path: Path) -> None:
     """All in one process: its help, before anything slow is imported, then the rest."""
     executables = str(ROOT / "bouncing_disk_ros/executables.py")
-    command = [sys.executable, "-c", ADD + HELP + USED, executables, LINE, str(ROOT / "test")]
-    done = subprocess.run(
-        [*command, str(tmp_path)], capture_output=True, text=True, timeout=100, check=False
-    )
-    assert done.returncode == 0, done.stderr
+    code = ADD + HELP + USED
+    done = finished(sys.executable, "-c", code, executables, LINE, ROOT / "test", tmp_path)
     help_text, _, said = done.stdout.partition("end of the help\n")
     assert "Squares of numbers." in help_text
     assert "largest (double, default 3 m)" in help_text
