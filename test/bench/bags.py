@@ -1,4 +1,4 @@
-"""Bags: our writer beside mcap's own, our columns beside other readers, memory, the recorder.
+"""Bags: our writer beside mcap's own, our columns beside other readers, the recorder.
 
 Peers do the same work in the same round, so that noise hits all alike: look at the ratios.
 """
@@ -8,7 +8,6 @@ from __future__ import annotations
 import shutil
 import time
 from array import array
-from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -24,13 +23,13 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 from std_msgs.msg import Float64MultiArray
 
-from bench.table import Aim, Row, row
+from bench.table import Aim, Row, compared, row
+from bench.turns import Run, interleaved
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.bag.writer import COMPRESSIONS
 from bouncing_disk_ros.core.model import IMPACT_DTYPE
 from bouncing_disk_ros.ros.to_messages import impacts_to_msg
-from support import large_bag
 from support.bags import START_NS, impact_rows, message
 from support.processes import Starter
 from support.ros_peer import Talker
@@ -39,9 +38,7 @@ ROUNDS = 5
 NUMBERS = "std_msgs/msg/Float64MultiArray"
 #: name -> bytes of float64 in a message, messages in a run, messages a second to the recorder
 SIZES = {"200 B": (168, 50_000, 3000), "80 kB": (80_000, 1000, 500)}
-GIGABYTES = 0.3
 SECONDS = 4.0
-Timed = dict[str, list[tuple[float, float]]]
 
 
 def numbers(size: int) -> Any:
@@ -50,34 +47,18 @@ def numbers(size: int) -> Any:
     return Float64MultiArray(data=array("d", values.tobytes()))
 
 
-def in_turn(works: Mapping[str, Callable[[], object]]) -> Timed:
-    """Seconds and CPU seconds of each work, `ROUNDS` times in turn, after a first time."""
-    found: Timed = {name: [] for name in works}
-    for number in range(ROUNDS + 1):
-        for name, work in works.items():
-            wall, cpu = time.perf_counter(), time.process_time()
-            work()
-            if number:
-                found[name].append((time.perf_counter() - wall, time.process_time() - cpu))
-    return found
-
-
-def ratios(found: Timed, above: str, below: str, part: int = 0) -> list[float]:
-    """The quotient of the times of two works, round by round; part 0: elapsed, 1: CPU."""
-    return [a[part] / b[part] for a, b in zip(found[above], found[below], strict=True)]
-
-
 # --- writing --------------------------------------------------------------------------------------
-def write_ours(folder: Path, compression: str, data: bytes, count: int) -> None:
+def write_ours(folder: Path, compression: str, data: bytes, count: int) -> int:
     """A bag by our writer."""
     shutil.rmtree(folder, ignore_errors=True)
     with bag.Writer(folder, bag.Options(compression=compression)) as writer:
         writer.add_topic("/numbers", NUMBERS)
         for number in range(count):
             writer.write("/numbers", data, START_NS + number, START_NS + number, number)
+    return count
 
 
-def write_bare(file: Path, compression: str, data: bytes, count: int) -> None:
+def write_bare(file: Path, compression: str, data: bytes, count: int) -> int:
     """The same messages by mcap's own writer."""
     with file.open("wb") as stream:
         writer = McapWriter(stream, compression=CompressionType[compression.upper()])
@@ -87,25 +68,22 @@ def write_bare(file: Path, compression: str, data: bytes, count: int) -> None:
         for number in range(count):
             writer.add_message(channel, START_NS + number, data, START_NS + number, number)
         writer.finish()
+    return count
 
 
 def measure_writing(folder: Path) -> list[Row]:
-    """Messages a second of our writer, and its time and CPU time beside mcap's own."""
+    """What a message costs our writer, beside mcap's own."""
     rows = []
     for name, (size, count, _) in SIZES.items():
         data = serialize_message(numbers(size))
         for way in COMPRESSIONS:
-            works: dict[str, Callable[[], object]] = {
+            works: dict[str, Run] = {
                 "ours": partial(write_ours, folder / "ours", way, data, count),
                 "bare": partial(write_bare, folder / "bare.mcap", way, data, count),
             }
-            found, what = in_turn(works), f"{name}, {way}"
-            rates = [count / wall for wall, _ in found["ours"]]
-            rows.append(row("bag writer", f"messages, {what}", "1/s", rates))
-            time_ratio, cpu_ratio = (ratios(found, "ours", "bare", part) for part in (0, 1))
-            rows.append(row("bag writer", f"time / bare mcap writer, {what}", "×", time_ratio))
-            aim = Aim(at_most=1.25)
-            rows.append(row("bag writer", f"CPU / bare mcap writer, {what}", "×", cpu_ratio, aim))
+            times = interleaved(works, ROUNDS, time.process_time_ns)
+            ratio = ("ours", "bare", "CPU / bare mcap writer", Aim(at_most=1.25))
+            rows += compared("bag writer", f"{name}, {way}", "ns a message", times, [ratio])
     return rows
 
 
@@ -157,36 +135,21 @@ def points(data: list[Any]) -> int:
 
 
 def measure_reading(folder: Path) -> list[Row]:
-    """What comes out of a second of reading, beside two other readers of the same bag."""
+    """What a message or a row costs to read, beside two other readers of the same bag."""
     states, clouds = decode_bag(folder / "read")
     rows = []
     for topic, count, what in (
         ("/joint_states", states, "messages of JointState"),
         ("/disk/impacts", 625 * clouds, "rows of impacts"),
     ):
-        works: dict[str, Callable[[], object]] = {}
-        for peer in (by_us, by_rosbags, by_mcap_ros2):
-            assert peer(folder / "read", topic) == count, peer.__name__
-            works[peer.__name__] = partial(peer, folder / "read", topic)
-        found = in_turn(works)
-        rates = [count / wall for wall, _ in found["by_us"]]
-        rows.append(row("bag reader", f"{what}, columns", "1/s", rates))
-        for other, name in (("by_rosbags", "rosbags"), ("by_mcap_ros2", "mcap-ros2-support")):
-            speed = ratios(found, other, "by_us")
-            rows.append(row("bag reader", f"{what}: speed / {name}", "×", speed))
-    return rows
-
-
-# --- memory ---------------------------------------------------------------------------------------
-def measure_memory(folder: Path) -> list[Row]:
-    """What reading takes at most beyond the start; `make soak` does the same with 2 GB."""
-    large_bag.make(folder / "large", GIGABYTES)
-    rows = []
-    for way in large_bag.WAYS:
-        before, after, _ = large_bag.read(folder / "large", way)
-        part = "one by one" if way in ("messages", "decoded") else "80 MB of them at a time"
-        name = f"reading {GIGABYTES:g} GB: {way}, {part}"
-        rows.append(row("bag memory", name, "MiB", [(after - before) / 2**20]))
+        peers = {"columns": by_us, "rosbags": by_rosbags, "mcap-ros2-support": by_mcap_ros2}
+        works: dict[str, Run] = {}
+        for name, peer in peers.items():
+            works[name] = partial(peer, folder / "read", topic)
+            assert works[name]() == count, name
+        times = interleaved(works, ROUNDS, time.perf_counter_ns)
+        ratios = [(name, "columns", f"speed / {name}", None) for name in (*peers,)[1:]]
+        rows += compared("bag reader", what, "ns", times, ratios)
     return rows
 
 
@@ -234,5 +197,4 @@ def record(
 
 def measure(start: Starter, folder: Path) -> list[Row]:
     """All rows of this part."""
-    rows = measure_writing(folder) + measure_reading(folder) + measure_memory(folder)
-    return rows + measure_recorder(start, folder)
+    return measure_writing(folder) + measure_reading(folder) + measure_recorder(start, folder)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.axial import GRAVITY, RESTITUTION
+from bench.heyoka_reference import HAIR, batch_size, integrator_of
 from bench.many_references import flight
 from bouncing_disk_ros.core.chatter import chatter_scale as chatter_scale_kernel
 from support.kernels import from_python
@@ -23,7 +24,6 @@ chatter_scale = from_python(chatter_scale_kernel)
 
 Floats = NDArray[np.float64]
 Labels = NDArray[np.int32]
-HAIR = 1e-12
 CONTACT, POINT, OPEN = 0, 1, -1
 FAR = 1e9  # rad; no trajectory of 300 impacts gets there
 IDLE = (1.0, -1.0)
@@ -121,15 +121,12 @@ class ByHeyoka:
     """
 
     def __init__(self, rule: Rule, *, batch: bool) -> None:
-        import heyoka
-
-        size = heyoka.recommended_simd_size() if batch else 1
-        starts = self._starts = [_Start(rule) for _ in range(size)]
+        size = batch_size(batch=batch)
+        starts = self._starts = [_Start(rule) for _ in range(max(size, 1))]
         queue = self._queue = _Queue()
 
         def impact(_: Any, __: int, i: int = 0) -> bool:
-            state, start = self._state, starts[i]
-            w = state.item(1, i)
+            start, w = starts[i], state.item(1, i)
             if start.after(state.item(2, i), w):
                 queue.keep(start)
                 state[0, i], state[1, i], state[2, i] = queue.give(start)
@@ -137,23 +134,9 @@ class ByHeyoka:
             state[0, i], state[1, i] = launch(w)
             return True
 
-        y, v, phase = heyoka.make_vars("y", "v", "phase")
-        fall = heyoka.par[0] * heyoka.sin(phase) - GRAVITY
-        system = [(y, v), (v, fall), (phase, heyoka.expression(1.0))]
-        falls = heyoka.event_direction.negative
-        if batch:
-            event = heyoka.t_event_batch(y, callback=impact, direction=falls)
-            given = (np.zeros((3, size)), np.full((1, size), rule.axial_forcing))
-            self._integrator = heyoka.taylor_adaptive_batch(
-                system, given[0], t_events=[event], pars=given[1]
-            )
-        else:
-            event = heyoka.t_event(y, callback=impact, direction=falls)
-            self._integrator = heyoka.taylor_adaptive(
-                system, np.zeros(3), t_events=[event], pars=[rule.axial_forcing]
-            )
+        self._integrator = integrator_of(rule.axial_forcing, size, impact, has_phase=True)
         self._until = np.full(size, FAR) if batch else FAR
-        self._state = self._integrator.state.reshape(3, size)  # a view
+        state = self._state = self._integrator.state.reshape(3, -1)  # a view
 
     def label(self, tau: Floats, w: Floats, labels: Labels) -> None:
         """Label starts."""

@@ -11,7 +11,6 @@ same process costs beyond that is the interpreter's lock.
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 import tempfile
@@ -25,6 +24,7 @@ import numpy as np
 
 from bench.basin_study import basins
 from bench.table import Aim, Row, row
+from bench.turns import in_process
 from bouncing_disk_ros.study import run
 
 PART = "beside a study"
@@ -33,7 +33,6 @@ ROUNDS = 5
 SECONDS = 2.0  # of each turn, at least; a study is run again until then
 SIDE = 2000
 ALONE, ELSEWHERE, HERE = "alone", "study in another process", "study in the same process"
-PATIENCE = 300.0  # s
 OTHER = """
 import sys
 from pathlib import Path
@@ -48,12 +47,8 @@ for line in sys.stdin:
 
 def measure() -> list[Row]:
     """The rows of this part."""
-    done = subprocess.run(
-        [sys.executable, "-m", "bench.beside"], env=_environment(), capture_output=True, text=True,
-        timeout=PATIENCE, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    found: dict[str, list[list[float]]] = json.loads(done.stdout.splitlines()[-1])
+    printed = in_process("-m", "bench.beside")
+    found: dict[str, list[list[float]]] = json.loads(printed.splitlines()[-1])
     rows = []
     for who, turns in found.items():
         for place, key in enumerate(("p50", "p99", "max")):
@@ -63,10 +58,6 @@ def measure() -> list[Row]:
     ratio = [here[1] / other[1] for here, other in zip(found[HERE], found[ELSEWHERE], strict=True)]
     rows.append(row(PART, "p99, study in the same process / in another one", "×", ratio, Aim(1.2)))
     return rows
-
-
-def _environment() -> dict[str, str]:
-    return {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
 
 
 def studied(folder: Path, seconds: float) -> None:
@@ -83,7 +74,7 @@ def studied(folder: Path, seconds: float) -> None:
 def _other_process(folder: Path) -> Iterator[Callable[[], None]]:
     """A process that runs the study whenever it is called."""
     with subprocess.Popen(
-        [sys.executable, "-c", OTHER, str(folder)], env=_environment(), text=True,
+        [sys.executable, "-c", OTHER, str(folder)], text=True,
         stdin=subprocess.PIPE, stdout=subprocess.PIPE,
     ) as process:  # fmt: skip
         told, heard = process.stdin, process.stdout
@@ -105,13 +96,10 @@ def _other_process(folder: Path) -> Iterator[Callable[[], None]]:
 @contextmanager
 def _spinning() -> Iterator[list[tuple[int, int]]]:
     """A simulator in a thread: (instant, lateness) of its ticks in ns, as they come."""
-    import rclpy
-    from rclpy.parameter import Parameter
-    from rclpy.signals import SignalHandlerOptions
-
     from bouncing_disk_ros import SimulatorNode
     from bouncing_disk_ros.ros.spin import spin_until
     from bouncing_disk_ros.run.health import Ticks
+    from support.ros import Nodes, overrides_of
 
     ticks: list[tuple[int, int]] = []
 
@@ -120,13 +108,10 @@ def _spinning() -> Iterator[list[tuple[int, int]]]:
         ticks.append((time.monotonic_ns(), late_ns))
 
     Ticks.note = note  # type: ignore[method-assign]
-    context = rclpy.Context()
-    rclpy.init(context=context, args=[], signal_handler_options=SignalHandlerOptions.NO)
-    given = {"state_rate": RATE, "preset": "pizza_multiple_toss"}
+    nodes, given = Nodes(), {"state_rate": RATE, "preset": "pizza_multiple_toss"}
     node = SimulatorNode(
-        context=context, use_global_arguments=False,
-        parameter_overrides=[Parameter(name, value=value) for name, value in given.items()],
-    )  # fmt: skip
+        context=nodes.context, use_global_arguments=False, parameter_overrides=overrides_of(given)
+    )
     stop = threading.Event()
     thread = threading.Thread(target=spin_until, args=(node, stop.is_set))
     thread.start()
@@ -136,7 +121,7 @@ def _spinning() -> Iterator[list[tuple[int, int]]]:
         stop.set()
         thread.join()
         node.destroy_node()
-        rclpy.shutdown(context=context)
+        nodes.close()
 
 
 def _turn(ticks: list[tuple[int, int]], work: Callable[[], object]) -> list[float]:

@@ -1,4 +1,4 @@
-"""The same problem by heyoka: scalar Taylor integration, event detection, full precision.
+"""The same problem by heyoka: Taylor integration, event detection, full precision.
 
 It integrates the gap y (y'' = Γ sin t − 1/π), the form in which it is fastest. Every flight starts
 a hair above zero: started at zero it takes the launch for an impact or passes a short flight.
@@ -6,65 +6,84 @@ a hair above zero: started at zero it takes the launch for an impact or passes a
 
 from __future__ import annotations
 
-import importlib.util
 import math
 import time
+from collections.abc import Callable
 from statistics import median
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.axial import GRAVITY, RESTITUTION, Regime
+from bench.axial import GRAVITY, RESTITUTION
 
+Floats = NDArray[np.float64]
+Impact = Callable[..., bool]
+"""What happens at an impact, of trajectory `i` in a batch: called with integrator, sign and i."""
 HAIR = 1e-12
 
 
-class _Impact:
-    """What happens at an impact; heyoka calls it."""
+def integrator_of(axial_forcing: float, size: int, impact: Impact, *, has_phase: bool) -> Any:
+    """A scalar integrator (size 0) or one of a batch; the phase is a state, or the time itself."""
+    import heyoka
 
-    def __init__(self) -> None:
-        self.times: list[float] = []
+    y, v, phase = heyoka.make_vars("y", "v", "phase")
+    fall = heyoka.par[0] * heyoka.sin(phase if has_phase else heyoka.time) - GRAVITY
+    system = [(y, v), (v, fall), (phase, heyoka.expression(1.0))][: 2 + has_phase]
+    falls, start = heyoka.event_direction.negative, np.zeros((len(system), max(size, 1)))
+    if size:
+        event = heyoka.t_event_batch(y, callback=impact, direction=falls)
+        forcings = np.full((1, size), axial_forcing)
+        return heyoka.taylor_adaptive_batch(system, start, t_events=[event], pars=forcings)
+    event = heyoka.t_event(y, callback=impact, direction=falls)
+    return heyoka.taylor_adaptive(system, start[:, 0], t_events=[event], pars=[axial_forcing])
 
-    def __call__(self, integrator: Any, _: int) -> bool:
-        state = integrator.state
-        state[0] = HAIR
-        state[1] *= -RESTITUTION
-        self.times.append(integrator.time)
-        return True
+
+def batch_size(*, batch: bool) -> int:
+    """How many trajectories the processor's vectors hold; 0: no batch."""
+    import heyoka
+
+    return int(heyoka.recommended_simd_size()) if batch else 0
 
 
-class HeyokaReference:
-    """One integrator, set back to a regime's launch for every run."""
+class ByHeyoka:
+    """One integrator for a trajectory, or for a batch of them."""
 
-    def __init__(self, regime: Regime) -> None:
-        import heyoka
+    def __init__(self, axial_forcing: float, *, batch: bool) -> None:
+        size = self._size = batch_size(batch=batch)
+        times, counter = list[float](), [0]
 
-        self._regime = regime
-        y, v = heyoka.make_vars("y", "v")
-        falling = heyoka.event_direction.negative
-        event = heyoka.t_event(y, callback=_Impact(), direction=falling)
-        self._integrator = heyoka.taylor_adaptive(
-            [(y, v), (v, heyoka.par[0] * heyoka.sin(heyoka.time) - GRAVITY)],
-            [0.0, 0.0],
-            t_events=[event],
-            pars=[regime.axial_forcing],
-        )
-        self._impact: _Impact = self._integrator.t_events[0].callback  # heyoka keeps a copy
+        def impact(integrator: Any, _: int, i: int = 0) -> bool:
+            state[0, i] = HAIR
+            state[1, i] *= -RESTITUTION
+            counter[0] += 1
+            if i == 0:
+                times.append(integrator.time[0] if size else integrator.time)
+            return True
 
-    def impacts(self, cycles: int) -> int:
-        """Run for a number of forcing cycles; returns how many impacts there were."""
-        self._impact.times.clear()
-        ta, regime = self._integrator, self._regime
+        self._impact, self._counter = impact, counter
+        self.times = times  # of the first trajectory, in the last run
+        self._integrator = integrator_of(axial_forcing, size, impact, has_phase=False)
+        state = self._state = self._integrator.state.reshape(2, -1)  # a view
+
+    def iterate(self, tau: Floats, w: Floats, cycles: int) -> int:
+        """Run the first trajectories for some forcing cycles; how many impacts there were."""
+        ta, first = self._integrator, tau[: max(self._size, 1)]
+        end: Any = first + cycles * math.tau
         ta.reset_cooldowns()
-        ta.time = regime.phase
-        ta.state[:] = HAIR, regime.speed
-        ta.propagate_until(regime.phase + cycles * math.tau)
-        return len(self._impact.times)
+        if self._size:
+            ta.set_time(first)
+        else:
+            ta.time, end = float(first[0]), end[0]
+        self._state[0], self._state[1] = HAIR, -RESTITUTION * w[: len(first)]
+        self.times.clear()
+        before = self._counter[0]
+        ta.propagate_until(end)
+        return self._counter[0] - before
 
     def callback_ns(self, repeats: int = 100) -> float:
         """Time of one call of the Python callback, ns: what a C++ callback would save at most."""
-        self._integrator.state[:] = HAIR, 1.0
+        self._state[:, 0] = HAIR, 1.0
         times = []
         for _ in range(100):
             begin = time.perf_counter_ns()
@@ -72,13 +91,3 @@ class HeyokaReference:
                 self._impact(self._integrator, -1)
             times.append((time.perf_counter_ns() - begin) / repeats)
         return median(times)
-
-    @property
-    def phases(self) -> NDArray[np.float64]:
-        """Forcing phases of the impacts of the last run."""
-        return np.array(self._impact.times) % math.tau
-
-    @staticmethod
-    def missing() -> str:
-        """Why it cannot be had, or ''."""
-        return "" if importlib.util.find_spec("heyoka") else "heyoka is not installed"

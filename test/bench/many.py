@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from bench import basin_map
 from bench.axial import REGIMES, RESTITUTION, Regime, starts
 from bench.c_reference import CLanes, CReference
+from bench.heyoka_reference import ByHeyoka
 from bench.lyapunov import PYNAMICALSYS, lyapunov_runs
-from bench.many_references import ByHeyoka, ByJax, by_numpy, by_scipy, missing
+from bench.many_references import ByJax, by_numpy, by_scipy, missing
 from bench.processor import by_vectors
 from bench.table import Aim, Row, compared
 from bench.turns import Run, interleaved
@@ -100,7 +101,7 @@ class Subject:
         if not missing("jax"):
             runs["JAX"] = self.in_place(ByJax(self.axial_forcing).iterate, 20)
         if not missing("heyoka"):
-            batch = ByHeyoka(self.axial_forcing)
+            batch = ByHeyoka(self.axial_forcing, batch=True)
             batch.iterate(self._tau, self._w, 2 * COMPARED_OF_HEYOKA)
             for k in range(COMPARED_OF_HEYOKA):
                 apart = abs(batch.times[k] % math.tau - self.lanes(k + 1)[0][0])

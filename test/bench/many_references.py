@@ -102,47 +102,6 @@ class ByJax:
         tau[:], w[:] = np.asarray(found[0]), np.asarray(found[1])
 
 
-class ByHeyoka:
-    """One integrator for a batch of trajectories, as wide as the processor's vectors."""
-
-    def __init__(self, axial_forcing: float) -> None:
-        import heyoka
-
-        self.size: int = heyoka.recommended_simd_size()
-        self.times: list[float] = []  # of the impacts of the first trajectory, in the last run
-        y, v = heyoka.make_vars("y", "v")
-
-        def impact(integrator: Any, _: int, i: int) -> bool:
-            integrator.state[0, i] = HAIR
-            integrator.state[1, i] *= -RESTITUTION
-            counter[0] += 1
-            if i == 0:
-                times.append(integrator.time[0])
-            return True
-
-        counter, times = [0], self.times
-        event = heyoka.t_event_batch(y, callback=impact, direction=heyoka.event_direction.negative)
-        self._integrator = heyoka.taylor_adaptive_batch(
-            [(y, v), (v, heyoka.par[0] * heyoka.sin(heyoka.time) - GRAVITY)],
-            np.zeros((2, self.size)),
-            t_events=[event],
-            pars=np.full((1, self.size), axial_forcing),
-        )
-        self._counter = counter
-
-    def iterate(self, tau: Floats, w: Floats, cycles: int) -> int:
-        """Run the first trajectories for some forcing cycles; how many impacts there were."""
-        ta = self._integrator
-        first = tau[: self.size]
-        ta.reset_cooldowns()
-        ta.set_time(first)
-        ta.state[0], ta.state[1] = HAIR, -RESTITUTION * w[: self.size]
-        before = self._counter[0]
-        self.times.clear()
-        ta.propagate_until(first + cycles * math.tau)
-        return self._counter[0] - before
-
-
 def by_scipy(tau: float, w: float, axial_forcing: float, impacts: int) -> tuple[float, float]:
     """One trajectory by SciPy."""
     for _ in range(impacts):

@@ -9,9 +9,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.axial import FREQUENCY, GRAVITY, REGIMES, RESTITUTION, Regime, impacts, motion_of
+from bench.axial import (
+    FREQUENCY,
+    GRAVITY,
+    REGIMES,
+    RESTITUTION,
+    Regime,
+    impacts,
+    motion_of,
+    starts,
+)
 from bench.c_reference import CReference
-from bench.heyoka_reference import HeyokaReference
+from bench.heyoka_reference import ByHeyoka
+from bench.many_references import missing
 from bench.table import Aim, Row, compared
 from bench.turns import Run, interleaved
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
@@ -37,7 +47,7 @@ def full_simulation(regime: Regime) -> Simulation:
     )
 
 
-def runs_of(regime: Regime, c: CReference | None, heyoka: HeyokaReference | None) -> dict[str, Run]:
+def runs_of(regime: Regime, c: CReference | None, heyoka: ByHeyoka | None) -> dict[str, Run]:
     """One run of each: does some impacts and returns how many. Peers are checked first."""
     motion, out = motion_of(regime.axial_forcing), np.empty((IMPACTS, 2))
     launch = (regime.phase, regime.speed)
@@ -75,10 +85,11 @@ def runs_of(regime: Regime, c: CReference | None, heyoka: HeyokaReference | None
         runs["chain"] = lambda: chain(other=False)
         runs["chain, work"] = lambda: chain(other=True)
     if heyoka is not None:
-        integrator = heyoka
-        integrator.impacts(2 * COMPARED)
-        agree("heyoka", integrator.phases, expected[:, 0], AGREEMENT_OF_HEYOKA)
-        runs["heyoka"] = lambda: integrator.impacts(CYCLES_OF_HEYOKA)
+        integrator, first = heyoka, starts(regime, 1)
+        integrator.iterate(*first, 2 * COMPARED)
+        phases = np.array(integrator.times) % math.tau
+        agree("heyoka", phases, expected[:, 0], AGREEMENT_OF_HEYOKA)
+        runs["heyoka"] = lambda: integrator.iterate(*first, CYCLES_OF_HEYOKA)
     return runs
 
 
@@ -92,14 +103,12 @@ def agree(
 
 def measure(folder: Path) -> tuple[list[Row], list[str]]:
     """The rows of this part, and the names of peers that were skipped."""
-    skipped = [
-        f"skipped: {why}" for why in (CReference.missing(), HeyokaReference.missing()) if why
-    ]
+    skipped = [f"skipped: {why}" for why in (CReference.missing(), missing("heyoka")) if why]
     c = None if CReference.missing() else CReference(folder)
     rows: list[Row] = []
     notes = [f"C: {c.name()}, libm sincos"] if c else []
     for regime in REGIMES:
-        heyoka = None if HeyokaReference.missing() else HeyokaReference(regime)
+        heyoka = None if missing("heyoka") else ByHeyoka(regime.axial_forcing, batch=False)
         times = interleaved(runs_of(regime, c, heyoka), ROUNDS, time.perf_counter_ns)
         rows += rows_of(f"Γ = {regime.axial_forcing} ({regime.name})", times)
         if heyoka is not None:

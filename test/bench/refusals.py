@@ -1,4 +1,4 @@
-"""What inputs cost the simulator's loop: refused ones, the dearest valid ones, floods of both."""
+"""What inputs cost the simulator's loop: refused ones, and the dearest valid ones."""
 
 from __future__ import annotations
 
@@ -22,7 +22,6 @@ from bouncing_disk_ros.run.work_turns import WorkTurns
 from bouncing_disk_ros.testing import SteppedSimulator
 from bouncing_disk_ros.topics import MOTION_NAMES, OFFSET_JOINTS, TOPICS
 from bouncing_disk_ros.units import NS
-from support.commanded import CommandedSession
 from support.controllers import GateController
 from support.processes import Starter
 from support.ros_peer import Peer
@@ -30,7 +29,6 @@ from support.wrong_commands import NAN, old, trajectory, wrench
 
 CALLS = 2000
 ROUNDS = 15
-FLOOD_HZ = 3000.0
 SECONDS = 5  # reports of /diagnostics, one a second
 MOST = 20.0  # µs
 
@@ -63,13 +61,6 @@ CASES: list[tuple[str, str, Any, float | None]] = [
 ]  # fmt: skip
 
 
-def motions() -> JointTrajectory:
-    """A programme as long as may be: all four names."""
-    msg = long_programme(COMMAND_POINTS)
-    msg.points[-1].positions[0] = 0.1
-    return msg
-
-
 def quintics(points: int, names: list[str]) -> JointTrajectory:
     """A trajectory of random quintics, no two alike."""
     rng = np.random.default_rng(1)
@@ -84,31 +75,8 @@ def quintics(points: int, names: list[str]) -> JointTrajectory:
     return msg
 
 
-DEAREST: list[tuple[str, str, Any]] = [
-    ("a value", "platform/frequency", Float64(data=50.0)),
-    ("an impulse", "disk/impulse", wrench("z", 1e-9)),
-    (f"{COMMAND_POINTS} motions", "platform/command", motions()),
-    (f"{COMMAND_POINTS} knots of a joint", "platform/joint_trajectory",
-     quintics(COMMAND_POINTS, [OFFSET_JOINTS[0]])),
-    ("450 knots of both joints", "platform/joint_trajectory", quintics(450, [*OFFSET_JOINTS])),
-]  # fmt: skip
-"""The dearest valid message of each topic."""
-
-
-def measure_dearest() -> list[Row]:
-    """Processor time of the dearest valid messages, in all and for each byte."""
-    rows = []
-    for name, topic, msg in DEAREST:
-        data, found = bytes(serialize_message(msg)), []
-        for _ in range(ROUNDS):
-            commanded = CommandedSession()
-            commanded.take(topic, data)
-            begin = time.thread_time()
-            assert commanded.take(topic, data), commanded.last
-            found.append((time.thread_time() - begin) * 1e6)
-        rows.append(row("inputs", f"{topic}, {name}", "µs", found))
-        each = [value * 1e3 / len(data) for value in found]
-        rows.append(row("inputs", f"{topic}, {name}, for each byte", "ns", each))
+def measure_extremes() -> list[Row]:
+    """Time to find the extremes of the longest trajectory that may be sent."""
     lane = Lane().spliced(0, [
         Knot((number + 1) * NS, OffsetState(point.positions[0], point.velocities[0],
                                             point.accelerations[0]), QUINTIC)
@@ -120,10 +88,8 @@ def measure_dearest() -> list[Row]:
         begin = time.thread_time()
         newest_extremes(lane)
         found.append((time.thread_time() - begin) * 1e3)
-    rows.append(
-        row("inputs", f"extremes of {COMMAND_POINTS} quintics", "ms", found, Aim(at_most=work(1.0)))
-    )
-    return rows
+    what = f"extremes of {COMMAND_POINTS} quintics"
+    return [row("inputs", what, "ms", found, Aim(at_most=work(1.0)))]
 
 
 DEAR_TRAJECTORIES = {
@@ -234,42 +200,7 @@ def measure_cost() -> list[Row]:
         simulator.close()
 
 
-def measure_flood(start: Starter) -> list[Row]:
-    """Lateness while NaN comes 3000 times a second, by the simulator's own reports."""
-    peer = Peer(without=("joint_states", "disk/impacts", "disk/rotor_speed", "/clock"))
-    process = start("simulator", "--ros-args", "-p", "preset:=pizza_multiple_toss")
-    try:
-        peer.publish("platform/frequency", Float64(data=NAN))
-        publisher, wrong = peer.publisher("platform/frequency"), Float64(data=NAN)
-        reports: list[dict[str, str]] = []
-        begin, sent = time.monotonic(), 0
-        while len(reports) < SECONDS + 1:  # the first second holds the start
-            while sent < (time.monotonic() - begin) * FLOOD_HZ:
-                publisher.publish(wrong)
-                sent += 1
-            heard = len(peer.heard["/diagnostics"])
-            peer.spin_once()
-            if len(peer.heard["/diagnostics"]) > heard:
-                reports.append(peer.diagnostic("real time")[2])
-        elapsed = time.monotonic() - begin
-        peer.next_diagnostics()
-        refused = int(peer.diagnostic("inputs")[2]["refused"])
-    finally:
-        peer.close()
-    assert process.end() == 0, process.output
-    late = [float(report["lateness p99 (s)"]) * 1e3 for report in reports[1:]]
-    behind = [float(report["behind (s)"]) * 1e3 for report in reports[1:]]
-    what = f"NaN at {FLOOD_HZ:g} Hz"
-    return [
-        row("refusals", f"{what}: refused in a second", "1/s", [min(refused, sent) / elapsed]),
-        row("refusals", f"{what}: p99 of the lateness of ticks", "ms", late),
-        row("refusals", f"{what}: simulated time behind", "ms", behind),
-        row("refusals", f"{what}: lines on the log in a second", "1/s",
-            [process.stderr.count("refused:") / elapsed]),
-    ]  # fmt: skip
-
-
 def measure(start: Starter) -> list[Row]:
-    """Cost and flood."""
-    rows = measure_cost() + measure_dearest()
-    return rows + measure_answers(start) + measure_gate_answers(start) + measure_flood(start)
+    """What refusals and long inputs cost, and how long services wait behind them."""
+    rows = measure_cost() + measure_extremes()
+    return rows + measure_answers(start) + measure_gate_answers(start)

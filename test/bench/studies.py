@@ -3,22 +3,16 @@
 from __future__ import annotations
 
 import os
-import subprocess
-import sys
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
-from functools import partial
 from pathlib import Path
-
-import numpy as np
 
 from bench import cluster
 from bench.basin_study import basins
 from bench.table import Aim, Row, row
-from bench.turns import elapsed
-from bouncing_disk_ros.maps.lanes.axial_lanes import iterate_axial
+from bench.turns import elapsed, in_process
 from bouncing_disk_ros.study import run
 from bouncing_disk_ros.study.basins.compute import Basins
 
@@ -46,7 +40,7 @@ def memory() -> int:
 def measure() -> tuple[list[Row], list[str]]:
     """The rows of this part, and its notes."""
     rows, notes = cluster.measure()
-    return [*_cores(), _memory(), _linear(), *rows], notes
+    return [*_cores(), _memory(), *rows], notes
 
 
 def _stored(study: Basins, workers: int) -> float:
@@ -113,28 +107,7 @@ def labels_on_two_cores() -> list[Row]:
 def _memory() -> Row:
     """In a process of its own: memory once taken is not given back."""
     with tempfile.TemporaryDirectory() as folder:
-        done = subprocess.run(
-            [sys.executable, "-c", MEMORY, folder, str(LARGE)], capture_output=True, text=True,
-            check=True, timeout=300, env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
-        )  # fmt: skip
+        printed = in_process("-c", MEMORY, folder, str(LARGE))
     size = LARGE * LARGE * (4 + 4 + 8)  # label, impacts, time
     name = f"memory of a {LARGE} × {LARGE} basin / size of the result"
-    return row(PART, name, "×", [int(done.stdout) / size], Aim(3.0))
-
-
-def _linear() -> Row:
-    """The exponent of time against impacts over four decades, 10⁴ to 10⁸."""
-    slopes = []
-    works = [10_000, 100_000, 1_000_000, 10_000_000, 100_000_000]
-    for _ in range(ROUNDS):
-        times = []
-        for work in works:
-            n = 1024
-            rng = np.random.default_rng(7)
-            tau, w = rng.uniform(0, 6.28, n), -rng.uniform(1.0, 2.0, n)
-            axial_forcing, restitution = np.full(n, 0.45), np.full(n, 0.5)
-            counts = np.zeros((n, 2), np.int64)
-            given = (tau, w, axial_forcing, restitution, max(1, work // n), counts)
-            times.append(elapsed(partial(iterate_axial, *given)))
-        slopes.append(float(np.polyfit(np.log(works), np.log(times), 1)[0]))
-    return row(PART, "exponent of time against impacts, 10⁴ to 10⁸", "1", slopes)
+    return row(PART, name, "×", [int(printed) / size], Aim(3.0))

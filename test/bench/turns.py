@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+import os
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from support.processes import finished
+
+PATIENCE = 300.0  # s; kernels may be compiled for another processor first
 Run = Callable[[], int]
 """Does its work; returns how many impacts, pixels or the like that was."""
+
+
+def in_process(*words: str | Path, env: Mapping[str, str] | None = None) -> str:
+    """What a Python in a process of its own prints, which finds the modules of this one."""
+    paths = {"PYTHONPATH": os.pathsep.join(sys.path)}
+    return finished(sys.executable, *words, env={**paths, **(env or {})}, timeout=PATIENCE).stdout
 
 
 def elapsed(work: Callable[[], object]) -> float:

@@ -9,8 +9,6 @@ LLVM and gcc), and prints JSON. Times are those of this machine, which runs such
 from __future__ import annotations
 
 import json
-import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -22,14 +20,13 @@ from bench.c_reference import CLanes, CReference
 from bench.many import Subject
 from bench.processor import flags
 from bench.table import Aim, Row, compared
-from bench.turns import interleaved
+from bench.turns import in_process, interleaved
 
 PART = "narrower vectors"
 #: name of the processor -> what its vectors are called, and the flags of /proc/cpuinfo it needs
 WIDTHS = {"haswell": ("AVX2", {"avx2", "fma", "bmi2"}), "x86-64": ("SSE2", {"sse2"})}
 ROUNDS, MAP_ROUNDS = 30, 10
 FORCING = 0.45  # of the basin map
-PATIENCE = 300.0  # s; the kernels are compiled for another processor first
 
 
 def measure(folder: Path) -> tuple[list[Row], list[str]]:
@@ -54,18 +51,10 @@ def measure(folder: Path) -> tuple[list[Row], list[str]]:
 
 
 def _in_process_of_its_own(processor: str, folder: Path) -> dict[str, dict[str, list[float]]]:
-    done = subprocess.run(
-        [sys.executable, "-m", "bench.widths", processor, str(folder)],
-        env={
-            **os.environ,
-            "PYTHONPATH": os.pathsep.join(sys.path),
-            "NUMBA_CPU_NAME": processor,
-            "NUMBA_CPU_FEATURES": "",  # else numba adds those of this machine
-        },
-        capture_output=True, text=True, timeout=PATIENCE, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    found: dict[str, dict[str, list[float]]] = json.loads(done.stdout)
+    # without features of its own: else numba adds those of this machine
+    env = {"NUMBA_CPU_NAME": processor, "NUMBA_CPU_FEATURES": ""}
+    printed = in_process("-m", "bench.widths", processor, folder, env=env)
+    found: dict[str, dict[str, list[float]]] = json.loads(printed)
     return found
 
 
