@@ -76,10 +76,6 @@ class Watched:
     def _polynomial(self, t: arb) -> arb:
         return self._c0 + (self._c1 + self._c2 * t) * t
 
-    def scale(self, derivative: int, t: float) -> float:
-        """S: what half a unit in the last place is counted of."""
-        return self._rounding(derivative, t)
-
     def tolerance(self, t: float, derivative: int = 0) -> float:
         """What the rounding of the inputs makes of the value (or a derivative) at t."""
         return ROUNDINGS * HALF_ULP * self._rounding(derivative, t)

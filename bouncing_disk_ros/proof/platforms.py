@@ -6,15 +6,15 @@ Time is counted in seconds from the clock of a state, whose forcing phase the mo
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from copy import copy
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Self
 
 from flint import acb, acb_series, arb
 
 from bouncing_disk_ros.proof.exact_records import MotionRecord, OffsetPiece, State
 from bouncing_disk_ros.units import NS
 
+_ORDERS = 5  # K and its first four derivatives
 WIDE = 0.5
 """Over a piece of more than twice this (rad), bounds from the phase are as wide as global ones."""
 
@@ -42,18 +42,6 @@ class Cancelled(NamedTuple):
     angular: float = 0.0  # rad
 
 
-class Oscillation(Protocol):
-    """K = k_s·s + k_b·β = Im(Z e^{iτ}), Z = k_s A + k_b Φ e^{iθ}, as a function of time."""
-
-    def jet(self, t: arb) -> list[arb]:
-        """K and its first four derivatives at a point, or over a piece."""
-        ...
-
-    def envelope(self, t: arb) -> list[arb]:
-        """Bounds of the absolute values of K and its first four derivatives over a piece."""
-        ...
-
-
 class Reach(NamedTuple):
     """The greatest values over the first seconds, as floats, times what a fade adds to roundings.
 
@@ -65,36 +53,54 @@ class Reach(NamedTuple):
     turn: float
 
 
-class Platform(ABC):
-    """The motion of the platform from the clock of a state on."""
+class Platform:
+    """The motion from the clock of a state on: s = A sin(τ₀ + ωt), β = Φ sin(τ₀ + ωt + θ).
+
+    With the offsets of both on top of it.
+    """
 
     roundings = 1.0
     """How many more roundings s and β have than those of a steady motion."""
-    clock = 0.0
-    """Resolution of the instant of the state, s; 0: the forcing phase is what is known."""
 
-    def __init__(self) -> None:
+    def __init__(
+        self,
+        motion: MotionRecord,
+        state: State,
+        rate: arb | None = None,
+        tau: arb | None = None,
+    ) -> None:
+        """At the precision in force; `rate` in place of ω = 2πf, `tau` of the state's phase."""
+        self.motion = motion
+        self.clock = 0.0 if motion.repeats else 1e-9
+        """Resolution of the instant of the state, s; 0: the forcing phase is what is known."""
+        pieces = (motion.axial, motion.angular)
+        self.offsets = [piece and _Polynomial(piece, state) for piece in pieces]
+        self._tau = arb(state.tau) if tau is None else tau
+        self._rate = arb.pi() * 2 * arb(motion.f) if rate is None else rate
         self._reached: dict[float, Reach] = {}
 
-    @abstractmethod
+    def moved(self, t: arb) -> Self:
+        """The same motion, with its time counted from t seconds later."""
+        later = copy(self)
+        later._tau, later._reached = self.phase(t), {}
+        later.offsets = [offset and offset.moved(t) for offset in self.offsets]
+        return later
+
     def phase(self, t: arb) -> arb:
         """Forcing phase without whole turns taken off, rad."""
+        return self._tau + self._rate * t
 
-    @abstractmethod
-    def moved(self, t: arb) -> Platform:
-        """The same motion, with its time counted from t seconds later."""
-
-    @abstractmethod
-    def rate(self, t: arb) -> arb:
+    def rate(self, _t: arb) -> arb:
         """Angular frequency ω, rad/s."""
+        return self._rate
 
-    @abstractmethod
+    def cancelled(self, _t: float) -> Cancelled:
+        """What cancels in the sums v + Δv·b over the first t seconds; steady: nothing."""
+        return Cancelled()
+
     def mix(self, axial: arb, angular: arb) -> Oscillation:
         """The oscillation axial·s + angular·β."""
-
-    @abstractmethod
-    def cancelled(self, t: float) -> Cancelled:
-        """What cancels in the sums v + Δv·b over the first t seconds."""
+        return Oscillation(self, axial, angular)
 
     def reach(self, t: float) -> Reach:
         """The greatest values over the first t seconds."""
@@ -115,75 +121,54 @@ class Platform(ABC):
         return Reach(axial, angular, rate * t * cancelled.frequency)
 
 
-# ------------------------------------------------------------------------------------------------
-# A steady motion of the platform in ball arithmetic.
+class Oscillation:
+    """K = k_s·s + k_b·β as a function of time: P sin τ + Q cos τ at a steady rate, and offsets."""
 
-
-class SteadyPlatform(Platform):
-    """s = A sin(τ₀ + ωt), β = Φ sin(τ₀ + ωt + θ)."""
-
-    def __init__(
-        self,
-        motion: MotionRecord,
-        state: State,
-        rate: arb | None = None,
-        tau: arb | None = None,
-    ) -> None:
-        """At the precision in force; `rate` in place of ω = 2πf, `tau` of the state's phase."""
-        super().__init__()
-        self._tau = arb(state.tau) if tau is None else tau
-        self._rate = arb.pi() * 2 * arb(motion.f) if rate is None else rate
-        self._motion = motion
-
-    def moved(self, t: arb) -> SteadyPlatform:
-        """The same motion, with its time counted from t seconds later."""
-        later = copy(self)
-        later._tau, later._reached = self.phase(t), {}
-        return later
-
-    def phase(self, t: arb) -> arb:
-        """Forcing phase without whole turns taken off, rad."""
-        return self._tau + self._rate * t
-
-    def rate(self, _t: arb) -> arb:
-        """Angular frequency ω, rad/s."""
-        return self._rate
-
-    def cancelled(self, _t: float) -> Cancelled:
-        """What cancels: nothing."""
-        return Cancelled()
-
-    def mix(self, axial: arb, angular: arb) -> Oscillation:
-        """The oscillation axial·s + angular·β."""
-        sine, cosine = arb(self._motion.lag).sin_cos()
-        turning = angular * self._motion.p
-        return _Sinusoid(self, axial * self._motion.a + turning * cosine, turning * sine)
-
-
-class _Sinusoid:
-    """P sin τ + Q cos τ at a steady rate."""
-
-    def __init__(self, platform: SteadyPlatform, p: arb, q: arb) -> None:
-        self._platform, self._p, self._q = platform, p, q
-        rate = platform.rate(arb(0))
-        self._rate, self._square = rate, rate * rate
-        span = (p * p + q * q).sqrt()
-        self._envelope = [span * rate**order for order in range(5)]
+    def __init__(self, platform: Platform, axial: arb, angular: arb) -> None:
+        self._platform, self._axial, self._angular = platform, axial, angular
+        both = zip((axial, angular), platform.offsets, strict=True)
+        self._parts = [(factor, offset) for factor, offset in both if offset is not None]
+        self._begin(platform.motion)
 
     def jet(self, t: arb) -> list[arb]:
-        """Itself and its first four derivatives at a point, or over a piece."""
+        """K and its first four derivatives at a point, or over a piece."""
+        found = self._swing(t)
+        for factor, offset in self._parts:
+            added = zip(found, offset.jet(t), strict=True)
+            found = [value + factor * more for value, more in added]
+        return found
+
+    def envelope(self, t: arb) -> list[arb]:
+        """Bounds of the absolute values of K and its first four derivatives over a piece."""
+        found = self._bounds(t)
+        for factor, offset in self._parts:
+            added = zip(found, offset.jet(t), strict=True)
+            found = [value + abs(factor * more).upper() for value, more in added]
+        return found
+
+    def _begin(self, motion: MotionRecord) -> None:
+        sine, cosine = arb(motion.lag).sin_cos()
+        turning = self._angular * motion.p
+        self._p, self._q = self._axial * motion.a + turning * cosine, turning * sine
+        self._rate = self._platform.rate(arb(0))
+        span = (self._p * self._p + self._q * self._q).sqrt()
+        self._greatest = [span * self._rate**order for order in range(_ORDERS)]
+
+    def _bounds(self, _t: arb) -> list[arb]:
+        """Bounds of the absolute values, without offsets."""
+        return self._greatest
+
+    def _swing(self, t: arb) -> list[arb]:
+        """K and its derivatives, without offsets."""
         phase = self._platform.phase(t)
         if phase.rad() > WIDE:
-            return [arb(0, 1) * bound for bound in self._envelope]
+            return [arb(0, 1) * bound for bound in self._bounds(t)]
         sine, cosine = phase.sin_cos()
+        square = self._rate * self._rate
         k0 = self._p * sine + self._q * cosine
         k1 = self._rate * (self._p * cosine - self._q * sine)
-        k2, k3 = -self._square * k0, -self._square * k1
-        return [k0, k1, k2, k3, -self._square * k2]
-
-    def envelope(self, _t: arb) -> list[arb]:
-        """Bounds of the absolute values of itself and its first four derivatives."""
-        return self._envelope
+        k2, k3 = -square * k0, -square * k1
+        return [k0, k1, k2, k3, -square * k2]
 
 
 # ------------------------------------------------------------------------------------------------
@@ -195,7 +180,6 @@ class _Sinusoid:
 # and its derivatives over many periods, and turned by e^{iτ(t)} they are K and its derivatives.
 
 
-_ORDERS = 5
 Series = list[arb]
 
 
@@ -203,21 +187,18 @@ class FadingPlatform(Platform):
     """A, Φ, f and θ on their way from one motion to another."""
 
     roundings = 4.0
-    clock = 1e-9
 
     def __init__(self, motion: MotionRecord, state: State, tau: arb | None = None) -> None:
         """At the precision in force; `tau` in place of the forcing phase of the state."""
-        super().__init__()
-        self.motion = motion
+        super().__init__(motion, state, tau=tau)
         self._duration = arb(motion.end_ns - motion.begin_ns) / NS
         self._begun = (arb(state.ns - motion.begin_ns) + arb(state.sub)) / NS
-        self._tau = arb(state.tau) if tau is None else tau
         self._start = self._blend_integral(arb(0))
 
-    def moved(self, t: arb) -> FadingPlatform:
+    def moved(self, t: arb) -> Self:
         """The same motion, with its time counted from t seconds later."""
-        later = copy(self)
-        later._tau, later._begun, later._reached = self.phase(t), self._begun + t, {}
+        later = super().moved(t)
+        later._begun = self._begun + t
         later._start = later._blend_integral(arb(0))
         return later
 
@@ -277,24 +258,23 @@ def _faded(begin: float, change: float, blend: Series) -> Series:
     return [begin + change * blend[0], *(change * b for b in blend[1:])]
 
 
-class _FadingOscillation:
+class _FadingOscillation(Oscillation):
     """K = axial·s + angular·β in a cross-fade."""
 
-    def __init__(self, platform: FadingPlatform, axial: arb, angular: arb) -> None:
-        self._platform, self._axial, self._angular = platform, axial, angular
+    _platform: FadingPlatform
 
-    def jet(self, t: arb) -> list[arb]:
-        """K and its first four derivatives at a point, or over a piece."""
-        turned = self._turned(t)
+    def _begin(self, motion: MotionRecord) -> None:
+        """Nothing is the same for all times."""
+
+    def _bounds(self, t: arb) -> list[arb]:
+        return [abs(c).upper() for c in self._turned(t)]
+
+    def _swing(self, t: arb) -> list[arb]:
         phase = self._platform.phase(t)
         if phase.rad() > WIDE:
-            return [arb(0, 1) * abs(c).upper() for c in turned]
+            return [arb(0, 1) * bound for bound in self._bounds(t)]
         sine, cosine = phase.sin_cos()
-        return [c.real * sine + c.imag * cosine for c in turned]
-
-    def envelope(self, t: arb) -> list[arb]:
-        """Bounds of the absolute values of K and its first four derivatives over a piece."""
-        return [abs(c).upper() for c in self._turned(t)]
+        return [c.real * sine + c.imag * cosine for c in self._turned(t)]
 
     def _turned(self, t: arb) -> list[acb]:
         """Derivatives of Z e^{iτ} over e^{iτ}."""
@@ -317,18 +297,12 @@ class _FadingOscillation:
 # An offset on top of the platform's motion in ball arithmetic: polynomials of degree up to 5.
 
 
-_OFFSET_ORDERS = 5
-
-
 class _Polynomial:
     """A piece of an offset over the time from the clock of a state."""
 
-    def __init__(self, piece: OffsetPiece | None, state: State) -> None:
+    def __init__(self, piece: OffsetPiece, state: State) -> None:
         """Hermite's polynomial of what is stated at both ends, at the precision in force."""
-        self._begun, self._c = arb(0), [arb(0)]
-        if piece is None:
-            return
-        self._c = [arb(piece.start[0])]
+        self._begun, self._c = arb(0), [arb(piece.start[0])]
         if piece.degree:
             self._begun = (arb(state.ns - piece.begin_ns) + arb(state.sub)) / NS
             self._c = _coefficients(piece, arb(piece.end_ns - piece.begin_ns) / NS)
@@ -342,7 +316,7 @@ class _Polynomial:
     def jet(self, t: arb) -> list[arb]:
         """Itself and its first four derivatives at a point, or over a piece."""
         x, c, found = self._begun + t, self._c, []
-        for _ in range(_OFFSET_ORDERS):
+        for _ in range(_ORDERS):
             value = arb(0)
             for coefficient in reversed(c):
                 value = value * x + coefficient
@@ -359,7 +333,7 @@ def _coefficients(piece: OffsetPiece, lasts: arb) -> list[arb]:
     stated = (piece.degree + 1) // 2
     low = [arb(piece.start[k]) / (1, 1, 2)[k] for k in range(stated)]
     rest = [
-        (arb(piece.end[n]) - sum((_falling(k, n) * low[k] * lasts ** (k - n)
+        (arb(piece.end[n]) - sum((math.perm(k, n) * low[k] * lasts ** (k - n)
                                   for k in range(n, stated)), arb(0))) * lasts**n
         for n in range(stated)
     ]  # fmt: skip
@@ -375,82 +349,8 @@ def _coefficients(piece: OffsetPiece, lasts: arb) -> list[arb]:
     return low + [value / lasts ** (stated + i) for i, value in enumerate(high)]
 
 
-def _falling(k: int, n: int) -> int:
-    """The factor that n derivatives give to a power k."""
-    product = 1
-    for factor in range(k - n + 1, k + 1):
-        product *= factor
-    return product
-
-
-class OffsetPlatform(Platform):
-    """A steady motion or a cross-fade, and the offsets of both joints."""
-
-    def __init__(self, base: Platform, motion: MotionRecord, state: State) -> None:
-        """At the precision in force."""
-        super().__init__()
-        self._base = base
-        self._axial, self._angular = (
-            _Polynomial(piece, state) for piece in (motion.axial, motion.angular)
-        )
-        self.roundings = base.roundings
-        self.clock = base.clock if motion.repeats else 1e-9
-
-    def moved(self, t: arb) -> OffsetPlatform:
-        """The same motion, with its time counted from t seconds later."""
-        later = copy(self)
-        later._base, later._reached = self._base.moved(t), {}
-        later._axial, later._angular = self._axial.moved(t), self._angular.moved(t)
-        return later
-
-    def phase(self, t: arb) -> arb:
-        """Forcing phase without whole turns taken off, rad."""
-        return self._base.phase(t)
-
-    def rate(self, t: arb) -> arb:
-        """Angular frequency ω, rad/s."""
-        return self._base.rate(t)
-
-    def cancelled(self, t: float) -> Cancelled:
-        """What cancels in the sums v + Δv·b over the first t seconds."""
-        return self._base.cancelled(t)
-
-    def mix(self, axial: arb, angular: arb) -> Oscillation:
-        """The oscillation axial·s + angular·β."""
-        parts = ((axial, self._axial), (angular, self._angular))
-        return _Moved(self._base.mix(axial, angular), parts)
-
-
-class _Moved:
-    """K = axial·s + angular·β with the offsets of s and β."""
-
-    def __init__(
-        self, base: Oscillation, parts: tuple[tuple[arb, _Polynomial], tuple[arb, _Polynomial]]
-    ) -> None:
-        self._base, self._parts = base, parts
-
-    def jet(self, t: arb) -> list[arb]:
-        """K and its first four derivatives at a point, or over a piece."""
-        found = self._base.jet(t)
-        for factor, polynomial in self._parts:
-            added = polynomial.jet(t)
-            found = [value + factor * more for value, more in zip(found, added, strict=True)]
-        return found
-
-    def envelope(self, t: arb) -> list[arb]:
-        """Bounds of the absolute values of K and its first four derivatives over a piece."""
-        found = self._base.envelope(t)
-        for factor, polynomial in self._parts:
-            added = [abs(factor * more).upper() for more in polynomial.jet(t)]
-            found = [value + more for value, more in zip(found, added, strict=True)]
-        return found
-
-
 def platform_of(motion: MotionRecord, state: State, tau: arb | None = None) -> Platform:
     """The motion in force from a state on; `tau` in place of the state's forcing phase."""
-    base: Platform = SteadyPlatform(motion, state, tau=tau)
     if motion.fading:
-        base = FadingPlatform(motion, state, tau)
-    if motion.axial is None and motion.angular is None:
-        return base
-    return OffsetPlatform(base, motion, state)
+        return FadingPlatform(motion, state, tau)
+    return Platform(motion, state, tau=tau)

@@ -18,7 +18,7 @@ from bouncing_disk_ros.core.roots import INSTANT
 from bouncing_disk_ros.proof.event_functions import HALF_ULP, ROUNDINGS, Watched, gap_of
 from bouncing_disk_ros.proof.event_proof import chatter_tail
 from bouncing_disk_ros.proof.exact_records import DiskRecord, MotionRecord, State
-from bouncing_disk_ros.proof.platforms import SteadyPlatform
+from bouncing_disk_ros.proof.platforms import Platform
 from bouncing_disk_ros.proof.positivity import Found, first_zero, opens
 from bouncing_disk_ros.proof.verdicts import Outcome, Verdict, compared, worst
 
@@ -77,10 +77,10 @@ def _prove(collision: Collision, u: float) -> Verdict:
     return _prove_landing(collision, float(leave), 0.0)
 
 
-def _platform(axial_forcing: float, tau: float) -> tuple[SteadyPlatform, State]:
+def _platform(axial_forcing: float, tau: float) -> tuple[Platform, State]:
     state = State(0, 0.0, 0, tau, Phase.FLIGHT, 0.0, 0.0, 0.0, 0.0)
     motion = MotionRecord(False, 0, 0, 0, tau, axial_forcing, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    return SteadyPlatform(motion, state, arb(1)), state
+    return Platform(motion, state, arb(1)), state
 
 
 def _prove_chatter(collision: Collision, u: float) -> Verdict:

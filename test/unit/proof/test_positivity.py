@@ -12,7 +12,7 @@ from flint import arb, ctx
 from bouncing_disk_ros.core.model import Phase
 from bouncing_disk_ros.proof.event_functions import Watched, gap_of
 from bouncing_disk_ros.proof.exact_records import DiskRecord, MotionRecord, State
-from bouncing_disk_ros.proof.platforms import SteadyPlatform
+from bouncing_disk_ros.proof.platforms import Platform
 from bouncing_disk_ros.proof.positivity import (
     Found,
     Sign,
@@ -39,7 +39,7 @@ def gaps(n: int, seed: int) -> Iterator[tuple[Watched, State, float, float]]:
         gap, u = float(rng.uniform(0.0, 2.0)) ** 2, float(rng.normal())
         state = State(0, 0.0, 0, tau, Phase.FLIGHT, 0.0, gap, u, 0.0)
         motion = MotionRecord(False, 0, 0, 0, tau, axial_forcing, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        platform = SteadyPlatform(motion, state, arb(1))
+        platform = Platform(motion, state, arb(1))
         disk = DiskRecord(0.5, 1.0 / math.pi, 0.0, 0.0)
         yield gap_of(platform, state, disk), state, axial_forcing, float(rng.uniform(0.5, 12.0))
 
@@ -93,7 +93,7 @@ def test_a_dip_between_any_two_points_is_found() -> None:
     """Below zero for a millionth of the time: found, by the curvature that must be there."""
     state = State(0, 0.0, 0, math.pi / 2 - 1.0, Phase.FLIGHT, 0.0, 0.0, 0.0, 0.0)
     motion = MotionRecord(False, 0, 0, 0, 0.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    platform, disk = SteadyPlatform(motion, state, arb(1)), DiskRecord(0.5, 0.3, 0.0, 0.0)
+    platform, disk = Platform(motion, state, arb(1)), DiskRecord(0.5, 0.3, 0.0, 0.0)
     rise = 3.0 * math.sin(state.tau + 1.0) - 3.0 * math.sin(state.tau)
     for depth, sign in ((1e-10, Sign.NEGATIVE), (-1e-10, Sign.POSITIVE)):
         # a parabola that touches the top of the platform after 1 s, but for `depth`
@@ -110,7 +110,7 @@ def test_what_begins_at_zero_must_rise() -> None:
     disk = DiskRecord(0.5, 0.3, 0.0, 0.0)
     for tau, rises in ((math.pi / 2, True), (1.5 * math.pi, False), (0.0, False)):
         here = state._replace(tau=tau)
-        gap = gap_of(SteadyPlatform(motion, here, arb(1)), here, disk)
+        gap = gap_of(Platform(motion, here, arb(1)), here, disk)
         finding = positive_from_start(gap, 0.5, 1.0)
         assert (finding.sign is Sign.POSITIVE) == rises
         assert (finding.sign is Sign.NEGATIVE) == (not rises)
