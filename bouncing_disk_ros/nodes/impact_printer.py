@@ -19,7 +19,7 @@ from bouncing_disk_ros.report import impact_text
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 from bouncing_disk_ros.ros.node_tool import options, wait_for
 from bouncing_disk_ros.ros.qos import subscription_to
-from bouncing_disk_ros.run.throttled_log import RefusalLog
+from bouncing_disk_ros.run.throttled_log import ThrottledLog
 from bouncing_disk_ros.running_numbers import Gaps
 
 PAGE = 40
@@ -42,7 +42,7 @@ class ImpactPrinter(Node):
         self._error: Exception | None = None
         self._last = time.monotonic()
         self._gaps = Gaps()
-        self._refusals = RefusalLog(_remark)
+        self._refusals = ThrottledLog(_remark)
         self._subscription = subscription_to(self, "disk/impacts", self._on_impacts, raw=True)
 
     def print_all(self, stop: Stop) -> int:
@@ -80,7 +80,7 @@ class ImpactPrinter(Node):
         try:
             self._print(_cloud(data))
         except InputError as error:  # a cloud that is none of a simulator: the next one may be
-            self._refusals.note(error)
+            self._refusals.refuse(error)
         except OSError as error:  # raised where the node's work ends in order
             self._error = error
 

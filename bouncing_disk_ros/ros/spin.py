@@ -22,7 +22,7 @@ from bouncing_disk_ros.command_line.start import Start
 from bouncing_disk_ros.command_line.stop import Answer, Stop
 from bouncing_disk_ros.errors import ExitCode, FailedError, InputError
 from bouncing_disk_ros.ros.requests import guard_services
-from bouncing_disk_ros.run.throttled_log import RefusalLog
+from bouncing_disk_ros.run.throttled_log import ThrottledLog
 
 try:
     from rclpy.experimental import EventsExecutor as EventsExecutor  # exported
@@ -92,7 +92,7 @@ def _run_node(
         with warnings.catch_warnings():  # of what rclpy cannot undo where it could make no node
             warnings.filterwarnings("ignore", "Failed to fini", RuntimeWarning)
             node = _made(make, start.ros)
-        guard_services(node, RefusalLog(node.get_logger().warning).note)
+        guard_services(node, ThrottledLog(node.get_logger().warning).refuse)
         start.stop.answer = Answer.NOTE
         try:
             return work(node, start.stop)

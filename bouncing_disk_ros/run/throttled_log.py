@@ -1,24 +1,27 @@
-"""Logs with at most one line a second for each reason: of any lines, and of refused inputs."""
+"""A log with at most one line a second for each reason: of any lines, and of refused inputs."""
 
 from __future__ import annotations
 
+import functools
 import re
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import LOG_PERIOD, REASONS
 
 _OTHERS = "others"
+_INDEX = re.compile(r"\[\d+\]")
 
 
-class Reason:
+@dataclass
+class _Reason:
     """When a reason was last on the log, and what came since."""
 
-    def __init__(self) -> None:
-        self.logged_at = float("-inf")
-        self.since = 0
-        self.line: Callable[[], str] = str
+    logged_at: float = float("-inf")
+    since: int = 0
+    line: Callable[[], str] = str
 
 
 class ThrottledLog:
@@ -32,23 +35,26 @@ class ThrottledLog:
         self, log: Callable[[str], object], clock: Callable[[], float] = time.monotonic
     ) -> None:
         self._log, self._clock = log, clock
-        self._reasons: dict[str, Reason] = {}
+        self._reasons: dict[str, _Reason] = {}
 
-    def reason(self, key: str) -> Reason:
-        """The reason of a key, for `note`; from REASONS of them on, one for all others."""
-        if key not in self._reasons and len(self._reasons) >= REASONS:
-            key = _OTHERS
-        return self._reasons.setdefault(key, Reason())
+    def note(self, reason: str, line: Callable[[], str]) -> None:
+        """Log a line, or count it when its reason was on the log a moment ago.
 
-    def note(self, reason: str | Reason, line: Callable[[], str]) -> None:
-        """Log a line, or count it when its reason was on the log a moment ago."""
-        found = self.reason(reason) if isinstance(reason, str) else reason
+        From REASONS of them on there is one reason for all others.
+        """
+        if reason not in self._reasons and len(self._reasons) >= REASONS:
+            reason = _OTHERS
+        found = self._reasons.setdefault(reason, _Reason())
         found.line = line
         now = self._clock()
         if now - found.logged_at < LOG_PERIOD:
             found.since += 1
         else:
             self._log_reason(found, now)
+
+    def refuse(self, error: InputError) -> None:
+        """Log a refusal, or count it. Its reason is the field at fault, whatever its index."""
+        self.note(_without_index(error.field), lambda: f"refused: {error.line}")
 
     def flush(self) -> None:
         """Log what was counted, for each reason whose last line is old enough."""
@@ -58,36 +64,12 @@ class ThrottledLog:
                 reason.since -= 1  # this line stands for one
                 self._log_reason(reason, now)
 
-    def _log_reason(self, reason: Reason, now: float) -> None:
+    def _log_reason(self, reason: _Reason, now: float) -> None:
         more = f" (and {reason.since} more)" if reason.since else ""
         reason.logged_at, reason.since = now, 0
         self._log(f"{reason.line()}{more}")
 
 
-_INDEX = re.compile(r"\[\d+\]")
-
-
-class RefusalLog:
-    """Logs refusals. The reason is the field at fault, whatever its index.
-
-    Arguments and `flush` are those of `ThrottledLog`.
-    """
-
-    def __init__(
-        self, log: Callable[[str], object], clock: Callable[[], float] = time.monotonic
-    ) -> None:
-        self._lines = ThrottledLog(log, clock)
-        self._of_field: dict[str, Reason] = {}  # the reasons of some fields as they are
-        self.flush = self._lines.flush
-
-    def note(self, error: InputError) -> None:
-        """Log a refusal, or count it when its reason was on the log a moment ago."""
-        self._lines.note(self._reason(error.field), lambda: f"refused: {error.line}")
-
-    def _reason(self, field: str) -> Reason:
-        reason = self._of_field.get(field)
-        if reason is None:
-            reason = self._lines.reason(_INDEX.sub("[]", field))
-            if len(self._of_field) < REASONS:
-                self._of_field[field] = reason
-        return reason
+@functools.lru_cache(REASONS)
+def _without_index(field: str) -> str:
+    return _INDEX.sub("[]", field)

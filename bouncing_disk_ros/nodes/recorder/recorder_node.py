@@ -46,7 +46,7 @@ from bouncing_disk_ros.nodes.recorder.recorder_status import RecorderStatus
 from bouncing_disk_ros.ros.diagnostics_publisher import DiagnosticsPublisher
 from bouncing_disk_ros.ros.node_tool import options
 from bouncing_disk_ros.ros.requests import guard_services
-from bouncing_disk_ros.run.throttled_log import RefusalLog
+from bouncing_disk_ros.run.throttled_log import ThrottledLog
 
 LOOK_SECONDS = 0.2
 """How often the graph is looked at."""
@@ -81,7 +81,7 @@ class Recorder(Node):
         writer = bag.Writer(folder, choice, version=version)
         self._recording = Recording(writer, round(float(self._values["queue_size"]) * MB))
         self._status = RecorderStatus(self._recording, self._topics)
-        self._refusals = RefusalLog(self.get_logger().warning)
+        self._refusals = ThrottledLog(self.get_logger().warning)
         self._diagnostics = DiagnosticsPublisher(self)
         try:
             self._set_up(version)
@@ -197,7 +197,7 @@ class Recorder(Node):
     def _refuse(self, error: InputError) -> None:
         """Count a request that cannot be satisfied, and log why."""
         self._status.refused += 1
-        self._refusals.note(error)
+        self._refusals.refuse(error)
 
     @property
     def _state(self) -> str:

@@ -11,7 +11,7 @@ from bouncing_disk_ros.ros.diagnostics_publisher import DiagnosticsPublisher
 from bouncing_disk_ros.ros.qos import publisher_of
 from bouncing_disk_ros.ros.to_messages import named_numbers_to_msg
 from bouncing_disk_ros.run.health import Health, Level, Reading, run_values
-from bouncing_disk_ros.run.throttled_log import RefusalLog, ThrottledLog
+from bouncing_disk_ros.run.throttled_log import ThrottledLog
 
 
 class Diagnostics:
@@ -21,7 +21,7 @@ class Diagnostics:
         self._node = node
         self._health = Health()
         logger = node.get_logger()
-        self._refusals = RefusalLog(logger.warning)
+        self._refusals = ThrottledLog(logger.warning)
         # rclpy wants a line of source of its own for each severity
         self._accepted = ThrottledLog(lambda line: logger.info(line))
         self._remarks = ThrottledLog(lambda line: logger.warning(line))
@@ -32,7 +32,7 @@ class Diagnostics:
     def refuse(self, error: InputError) -> None:
         """Count a refused input; log it unless its reason was on the log a moment ago."""
         self._health.refuse(error)
-        self._refusals.note(error)
+        self._refusals.refuse(error)
 
     def log_accepted(self, field: str, line: str, remark: str = "") -> None:
         """Log an accepted input unless one of its kind was on the log a moment ago."""

@@ -15,7 +15,7 @@ from bouncing_disk_ros.core.schedule import Pending
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import REASONS
 from bouncing_disk_ros.run.health import STATES, Health, Level, Reading, Ticks, run_values
-from bouncing_disk_ros.run.throttled_log import RefusalLog
+from bouncing_disk_ros.run.throttled_log import ThrottledLog
 from bouncing_disk_ros.units import NS
 
 BOOKS = Energy._make([0.0] * 11 + [1e-15, 1.0])
@@ -175,16 +175,16 @@ def total(lines: list[str]) -> int:
     return len(lines) + sum(int(match[1]) for match in more if match)
 
 
-def made() -> tuple[RefusalLog, list[str], Clock]:
+def made() -> tuple[ThrottledLog, list[str], Clock]:
     lines: list[str] = []
     clock = Clock()
-    return RefusalLog(lines.append, clock), lines, clock
+    return ThrottledLog(lines.append, clock), lines, clock
 
 
 def test_a_flood_is_a_line_a_second_that_counts_the_rest() -> None:
     log, lines, clock = made()
     for number in range(3000):
-        log.note(error(given=number))
+        log.refuse(error(given=number))
         clock.now += 1e-3
     assert len(lines) == 3
     assert lines[0] == "refused: frequency: got 0, allowed: more"
@@ -200,15 +200,15 @@ def test_a_flood_is_a_line_a_second_that_counts_the_rest() -> None:
 def test_each_reason_has_its_own_second_and_the_index_of_a_point_is_none() -> None:
     log, lines, _ = made()
     for number in range(50):
-        log.note(error("amplitude"))
-        log.note(error(f"platform/command points[{number}] frequency (Hz)"))
+        log.refuse(error("amplitude"))
+        log.refuse(error(f"platform/command points[{number}] frequency (Hz)"))
     assert len(lines) == 2
 
 
 def test_reasons_without_end_are_counted_together() -> None:
     log, lines, clock = made()
     for number in range(10 * REASONS):
-        log.note(error(f"field {number}"))
+        log.refuse(error(f"field {number}"))
     assert len(lines) == REASONS + 1
     clock.now += 1.0
     log.flush()
@@ -224,5 +224,5 @@ def test_a_line_is_made_only_when_it_is_logged() -> None:
         return "Do this."
 
     for _ in range(100):
-        log.note(InputError("field", 1, "2", hint))
+        log.refuse(InputError("field", 1, "2", hint))
     assert len(hints) == 1
