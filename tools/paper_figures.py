@@ -75,7 +75,7 @@ def _speed(ends: tuple[float, float], lag: float | None = None, part: float = 0.
     """Mean and spread (standard deviation over the preloads) of the mean speed, ωΦ."""
     motors = _motors(ends, lag, part)
     scale = math.tau * motors[0][0].frequency * motors[0][0].angular_amplitude
-    speeds = measure(motors, Run()).mean_speed / scale
+    speeds = measure(motors, Run())["mean_speed"] / scale
     return f"{np.nanmean(speeds):.2f} ± {np.nanstd(speeds):.2f}"
 
 

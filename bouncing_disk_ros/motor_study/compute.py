@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -130,34 +129,26 @@ SIDE, POINTS_OF_A_REGION = 16, 400
 """Points along a side of a region, or in the rows of one where points follow each other."""
 
 
-@dataclass(frozen=True)
-class Column:
-    """How a field of MotorMeans is stored."""
-
-    units: str
-    long_name: str
-    symbol: str = ""
-
-
-_COLUMNS: Mapping[str, Column] = {
-    "mean_speed": Column("rad/s", "mean speed of the rotor"),
-    "measured": Column("1", "periods of the stator that the means are over"),
-    "output_power": Column("W", "output power: work on load and brake per second"),
-    "brake_power": Column("W", "the brake's part of the output power"),
-    "axial_power": Column("W", "work of the stator's axial motion per second"),
-    "angular_power": Column("W", "work of the stator's rotation per second"),
-    "efficiency": Column("1", "output over the work of the stator", "η"),
-    "impact_loss": Column("W", "lost by restitution per second"),
-    "impact_friction_loss": Column("W", "lost by slip in impacts per second"),
-    "sliding_loss": Column("W", "lost by slip in contact per second"),
-    "friction_work_per_turn": Column("J", "work of friction per turn of the rotor"),
-    "contact_share": Column("1", "share of time in contact"),
-    "impact_rate": Column("1/s", "impacts per second; the last ones of a chatter count as one"),
-    "rise_time": Column("s", "time from rest to 1 − 1/e of the mean speed"),
-    "rise_time_95": Column("s", "time from rest to 95 % of the mean speed"),
-    "stop_time": Column("s", "time to lose 1 − 1/e of the speed on a stator at rest"),
-    "stop_time_95": Column("s", "time to lose 95 % of the speed on a stator at rest"),
+_COLUMNS: Mapping[str, tuple[str, str] | tuple[str, str, str]] = {
+    "mean_speed": ("rad/s", "mean speed of the rotor"),
+    "measured": ("1", "periods of the stator that the means are over"),
+    "output_power": ("W", "output power: work on load and brake per second"),
+    "brake_power": ("W", "the brake's part of the output power"),
+    "axial_power": ("W", "work of the stator's axial motion per second"),
+    "angular_power": ("W", "work of the stator's rotation per second"),
+    "efficiency": ("1", "output over the work of the stator", "η"),
+    "impact_loss": ("W", "lost by restitution per second"),
+    "impact_friction_loss": ("W", "lost by slip in impacts per second"),
+    "sliding_loss": ("W", "lost by slip in contact per second"),
+    "friction_work_per_turn": ("J", "work of friction per turn of the rotor"),
+    "contact_share": ("1", "share of time in contact"),
+    "impact_rate": ("1/s", "impacts per second; the last ones of a chatter count as one"),
+    "rise_time": ("s", "time from rest to 1 − 1/e of the mean speed"),
+    "rise_time_95": ("s", "time from rest to 95 % of the mean speed"),
+    "stop_time": ("s", "time to lose 1 − 1/e of the speed on a stator at rest"),
+    "stop_time_95": ("s", "time to lose 95 % of the speed on a stator at rest"),
 }
+"""Means -> unit, what they are, symbol."""
 
 
 class Motor(PlaneStudy):
@@ -236,7 +227,7 @@ class Motor(PlaneStudy):
 
     @property
     def fields(self) -> Mapping[str, Field]:
-        """As in `motor_points.MotorMeans`."""
+        """Kind of motion, repetition, and the means with their errors."""
         dims = (self.up, self.across)
         flags = dict(KINDS)
         return {
@@ -247,13 +238,11 @@ class Motor(PlaneStudy):
                 fill=0,
             ),
             **{
-                name: Field(dims, "float64", column.units, column.long_name, column.symbol)
-                for name, column in _COLUMNS.items()
+                name: Field(dims, "float64", *about) for name, about in _COLUMNS.items()
             },
             **{
                 f"{name}_error": Field(
-                    dims, "float64", _COLUMNS[name].units,
-                    f"standard error: {_COLUMNS[name].long_name}",
+                    dims, "float64", _COLUMNS[name][0], f"standard error: {_COLUMNS[name][1]}"
                 )
                 for name in MEANS
             },
@@ -281,10 +270,7 @@ class Motor(PlaneStudy):
             int(given["longest"]),
         )  # fmt: skip
         found = measure(motors, run, len(across))
-        arrays = found._asdict()
-        errors = arrays.pop("errors")
-        arrays.update({f"{name}_error": error for name, error in errors.items()})
-        return {name: array.reshape(len(up), len(across)) for name, array in arrays.items()}
+        return {name: array.reshape(len(up), len(across)) for name, array in found.items()}
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
         """Add no-load speed, stall torque, the best efficiency and phase lag; and the regimes."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,38 +75,12 @@ _FLIGHTS = 4.0
 """Periods in which a load alone acts on the rotor, for speeds on either side of all it may have."""
 
 
-class MotorMeans(NamedTuple):
-    """Steady means of n motors, arrays (n,), SI units; nan where the rotor runs away."""
-
-    kind: Ints
-    period: Ints  # impacts in one repetition, 0: none known
-    cycles: Ints  # periods of the platform in one repetition, 0: none known
-    mean_speed: Floats  # of α̇ in time
-    measured: Floats  # periods of the platform that the means are over
-    output_power: Floats  # work on load and brake
-    brake_power: Floats  # the brake's part of it
-    axial_power: Floats  # work of the platform's axial motion
-    angular_power: Floats  # and of its rotation
-    efficiency: Floats  # nan where input or output is not > 0
-    impact_loss: Floats  # by restitution
-    impact_friction_loss: Floats  # by slip in impacts
-    sliding_loss: Floats  # by slip in contact
-    friction_work_per_turn: Floats  # of impacts and sliding
-    contact_share: Floats  # part of the time
-    impact_rate: Floats
-    rise_time: Floats  # from rest to 1 − 1/e of the mean speed, on the settled axial motion
-    rise_time_95: Floats  # to 95 % of it
-    stop_time: Floats  # by 1 − 1/e of the mean speed, on a platform that rests
-    stop_time_95: Floats
-    errors: Mapping[str, Floats]  # standard errors of means by name; of what repeats, by roundings
-
-
 MEANS = (
     "mean_speed", "output_power", "brake_power", "axial_power", "angular_power", "efficiency",
     "impact_loss", "impact_friction_loss", "sliding_loss", "friction_work_per_turn",
     "contact_share", "impact_rate",
 )  # fmt: skip
-"""Fields of MotorMeans that have an error."""
+"""Means that have a standard error; of what repeats, by roundings."""
 
 
 class Run(NamedTuple):
@@ -118,8 +92,15 @@ class Run(NamedTuple):
     longest: int = 20_000  # periods in all
 
 
-def measure(motors: Sequence[tuple[Motion, Disk]], run: Run, row: int = 0) -> MotorMeans:
-    """The means of each motor; with start `followed` in rows of `row`, each from the one before."""
+def measure(
+    motors: Sequence[tuple[Motion, Disk]], run: Run, row: int = 0
+) -> dict[str, NDArray[Any]]:
+    """The steady means of n motors by the names of the study's fields, arrays (n,), SI units.
+
+    nan where the rotor runs away. With start `followed` in rows of `row`, each motor goes on from
+    the one before. Losses and powers are of the platform; rise times from rest are those on the
+    settled axial motion, stop times on a platform that rests.
+    """
     n = len(motors)
     motions, disks = np.zeros(n, PLATFORM_DTYPE), np.zeros(n, DISK_DTYPE)
     begins = np.zeros((n, BEGINS))
@@ -200,7 +181,7 @@ def _error(parts: Floats, mean: Floats, out: Floats) -> Floats:
     return errors
 
 
-def _means(out: Floats, batches: Floats, disks: Sequence[Disk]) -> MotorMeans:
+def _means(out: Floats, batches: Floats, disks: Sequence[Disk]) -> dict[str, NDArray[Any]]:
     loads = np.array([disk.load_torque for disk in disks])
     rates, parts = _rates(out, loads), _rates(batches, loads[:, None])
     ratios, of_parts = _ratios(rates), _ratios(parts)
@@ -219,18 +200,18 @@ def _means(out: Floats, batches: Floats, disks: Sequence[Disk]) -> MotorMeans:
         found[name] = np.where(where, found[name], math.nan)
         errors[name] = np.where(where, errors[name], math.nan)
     stops = np.array([_stop_time(disk, one) for disk, one in zip(disks, out, strict=True)])
-    return MotorMeans(
-        kind=_kinds(out, np.array([runs_away(disk) for disk in disks], bool)),
-        period=np.nan_to_num(out[:, CYCLE_IMPACTS]).astype(np.int32),
-        cycles=np.nan_to_num(out[:, CYCLE]).astype(np.int32),
-        measured=out[:, PERIODS],
-        rise_time=out[:, RISE],
-        rise_time_95=out[:, RISE + 1],
-        stop_time=RISES[0] * stops,
-        stop_time_95=RISES[1] * stops,
-        errors={name: errors[name] for name in MEANS},
+    return {
+        "kind": _kinds(out, np.array([runs_away(disk) for disk in disks], bool)),
+        "period": np.nan_to_num(out[:, CYCLE_IMPACTS]).astype(np.int32),
+        "cycles": np.nan_to_num(out[:, CYCLE]).astype(np.int32),
+        "measured": out[:, PERIODS],
+        "rise_time": out[:, RISE],
+        "rise_time_95": out[:, RISE + 1],
+        "stop_time": RISES[0] * stops,
+        "stop_time_95": RISES[1] * stops,
+        **{f"{name}_error": errors[name] for name in MEANS},
         **found,
-    )
+    }
 
 
 def _stop_time(disk: Disk, row: Floats) -> float:
