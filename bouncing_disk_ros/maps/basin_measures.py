@@ -12,7 +12,7 @@ Ott, J. Yorke, "Final state sensitivity" (Phys. Lett. A 99, 415, 1983).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -195,37 +195,36 @@ def uncertainty_exponent(
     """
     sizes = _lengths("distances", distances, labels)
     edge = int(sizes.max())  # the same pixels for all distances, so that the shares compare
+    return _power_law(sizes, _counted(labels, sizes, edge, periodic, _uncertain))
+
+
+def _uncertain(strip: NDArray[Any], edge: int, d: int) -> int:
+    """How many of the pixels `edge` away from all sides have another label at a distance."""
+    height, width = (length - 2 * edge for length in strip.shape)
+    columns = strip[edge - d : edge + height + d, edge : edge + width]
+    rows = strip[edge : edge + height, edge - d : edge + width + d]
+    down, along = columns[d:] != columns[:-d], rows[:, d:] != rows[:, :-d]
+    differs = down[:height] | down[d:]
+    differs |= along[:, :width]
+    differs |= along[:, d:]
+    return int(np.count_nonzero(differs))
+
+
+def _counted(
+    labels: LabelMap, sizes: NDArray[np.int64], edge: int, periodic: bool,
+    count: Callable[[NDArray[Any], int, int], int],
+) -> NDArray[np.float64]:  # fmt: skip
+    """Share of the pixels `edge` away from all sides that `count` finds in strips, of each size."""
     rows, columns = labels.shape
     pixels = (rows - 2 * edge) * (columns if periodic else columns - 2 * edge)
     counts = np.zeros(len(sizes))
     for part in row_blocks(labels, edge, rows - edge, before=edge, after=edge):
         ring = np.pad(part, ((0, 0), (edge, edge)), "wrap") if periodic else part
-        counts += _uncertain(ring, edge, sizes)
-    return _power_law(sizes, counts / pixels)
-
-
-def _uncertain(ring: NDArray[Any], edge: int, sizes: NDArray[np.int64]) -> NDArray[np.int64]:
-    """How many of the pixels `edge` away from all sides have another label at each distance."""
-    width = ring.shape[1] - 2 * edge
-    found = np.zeros(len(sizes), np.int64)
-    for begin, end in _strips(ring, edge):
-        for i, d in enumerate(int(size) for size in sizes):
-            columns = ring[begin - d : end + d, edge : edge + width]
-            rows = ring[begin:end, edge - d : edge + width + d]
-            down, along = columns[d:] != columns[:-d], rows[:, d:] != rows[:, :-d]
-            differs = down[: end - begin] | down[d:]
-            differs |= along[:, :width]
-            differs |= along[:, d:]
-            found[i] += np.count_nonzero(differs)
-    return found
-
-
-def _strips(ring: NDArray[Any], edge: int) -> Iterator[tuple[int, int]]:
-    """Where strips of rows begin and end that lie `edge` away from both ends of a map."""
-    rows, columns = ring.shape
-    length = max(_NEAR // columns, edge)  # they overlap by up to `edge`
-    for begin in range(edge, rows - edge, length):
-        yield begin, min(begin + length, rows - edge)
+        length = max(_NEAR // ring.shape[1], edge)  # strips overlap by up to twice `edge`
+        for begin in range(0, len(ring) - 2 * edge, length):
+            strip = ring[begin : begin + length + 2 * edge]
+            counts += [count(strip, edge, int(size)) for size in sizes]
+    return counts / pixels
 
 
 def box_dimension(
@@ -240,30 +239,21 @@ def box_dimension(
     >>> labels = (np.add.outer(np.arange(64), np.arange(64)) > 64).astype(np.int32)
     >>> box_dimension(labels).exponent
     """
-    chosen = _lengths("sizes", sizes, labels)
-    most = int(chosen.max())
-    edge = (most + 1) // 2
-    rows, columns = labels.shape
-    squares = (rows - 2 * edge) * (columns if periodic else columns - 2 * edge)
-    counts = np.zeros(len(chosen))
-    for part in row_blocks(labels, edge, rows - edge, before=edge, after=edge):
-        ring = np.pad(part, ((0, 0), (edge, edge)), "wrap") if periodic else part
-        counts += [_mixed_squares(ring, edge, int(side)) for side in chosen]
-    law = _power_law(chosen, counts / squares / chosen.astype(float) ** 2)
+    sides = _lengths("sizes", sizes, labels)
+    found = _counted(labels, sides, (int(sides.max()) + 1) // 2, periodic, _mixed_squares)
+    law = _power_law(sides, found / sides.astype(float) ** 2)
     return law._replace(exponent=-law.exponent)
 
 
-def _mixed_squares(ring: NDArray[Any], edge: int, side: int) -> int:
+def _mixed_squares(strip: NDArray[Any], edge: int, side: int) -> int:
     """How many squares about the pixels `edge` away from all sides have unlike corners."""
-    width, found = ring.shape[1] - 2 * edge, 0
-    half = side // 2
-    for begin, end in _strips(ring, edge):
-        rows = ring[begin - half : end - half + side, edge - half : edge - half + width + side]
-        along = rows[:, side:] != rows[:, :-side]
-        mixed = along[: end - begin] | along[side:]
-        mixed |= rows[side:, :width] != rows[: end - begin, :width]
-        found += int(np.count_nonzero(mixed))
-    return found
+    height, width = (length - 2 * edge for length in strip.shape)
+    first = edge - side // 2
+    rows = strip[first : first + height + side, first : first + width + side]
+    along = rows[:, side:] != rows[:, :-side]
+    mixed = along[:height] | along[side:]
+    mixed |= rows[side:, :width] != rows[:height, :width]
+    return int(np.count_nonzero(mixed))
 
 
 def _lengths(field: str, given: Sequence[int], labels: LabelMap) -> NDArray[np.int64]:

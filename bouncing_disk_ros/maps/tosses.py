@@ -55,16 +55,6 @@ PAPER = TossSetting()
 """The setting of the paper's Figs. 1 and 2."""
 
 
-class Pixels(NamedTuple):
-    """Tosses of `toss_pixels`, one element each; nan where the disk did not leave."""
-
-    airborne_speed: Floats  # (n,) α̇ at the first separation, rad/s
-    delay: Floats  # (n,) from the start to the separation, s
-    work_axial: Floats  # (n,) ∫N ṡ dt until then, J
-    work_angular: Floats  # (n,) ∫M β̇ dt until then, J
-    code: Codes  # (n,) see CODES
-
-
 class Toss(NamedTuple):
     """Single tosses, arrays of the broadcast shape of what was asked for; nan: see `code`."""
 
@@ -77,23 +67,14 @@ class Toss(NamedTuple):
     code: Codes  # how the toss ended, see CODES
 
 
-def toss_pixels(starts: Floats, frequency: float, disk: Disk, events: int = _EVENTS) -> Pixels:
-    """Tosses to the first separation, one for each row of `starts` (n, 5).
-
-    Columns: A (m), Φ (rad), θ (rad), τ at the start (rad, in [0, 2π)), absolute α̇ there (rad/s);
-    not checked. `events`: the most phases of contact of each. A row depends on itself alone, so the
-    table may be cut anywhere; safe in threads.
-    """
-    table = TossTable(np.ascontiguousarray(starts, np.float64), frequency, disk, events)
-    table.compute()
-    speed, delay, axial, angular = np.ascontiguousarray(table.out.T)
-    return Pixels(speed, delay, axial, angular, table.code)
-
-
 class TossTable:
-    """A table of tosses with the work space of its kernel: `starts` and `events` of `toss_pixels`.
+    """A table of tosses to the first separation, with the work space of its kernel.
 
-    It may be computed again after its starts were changed: nothing is allocated for that.
+    Columns of `starts` (n, 5): A (m), Φ (rad), θ (rad), τ at the start (rad, in [0, 2π)), absolute
+    α̇ there (rad/s); not checked. `events`: the most phases of contact of each. Columns of `out`
+    (n, 4): α̇ (rad/s) at the separation, time until then (s), ∫N ṡ dt and ∫M β̇ dt until then (J).
+    `code`: see CODES. A row depends on itself alone. The table may be computed again after its
+    starts were changed: nothing is allocated for that.
     """
 
     def __init__(self, starts: Floats, frequency: float, disk: Disk, events: int = _EVENTS) -> None:
@@ -130,7 +111,9 @@ def toss(
     )
     axial, angular = amplitudes(angle, setting)
     starts = np.stack((axial, angular, lag, start_phase(phase), speed), axis=-1).reshape(-1, 5)
-    flat = _measures(toss_pixels(starts, setting.frequency, setting.disk), starts, setting)
+    table = TossTable(starts, setting.frequency, setting.disk)
+    table.compute()
+    flat = _measures(table, setting)
     return Toss._make(part.reshape(lag.shape) for part in flat)
 
 
@@ -140,18 +123,16 @@ def start_phase(phase: Floats) -> Floats:
     return np.where(tau < math.tau, tau, 0.0)
 
 
-def _measures(pixels: Pixels, starts: Floats, setting: TossSetting) -> Toss:
-    final = pixels.airborne_speed
-    angular, start = (
-        starts[:, single_toss.START_ANGULAR_AMPLITUDE],
-        starts[:, single_toss.START_ANGULAR_SPEED],
-    )
+def _measures(table: TossTable, setting: TossSetting) -> Toss:
+    final, delay, work_axial, work_angular = np.ascontiguousarray(table.out.T)
+    angular = table.starts[:, single_toss.START_ANGULAR_AMPLITUDE]
+    start = table.starts[:, single_toss.START_ANGULAR_SPEED]
     gain = gained_energy(setting, start, final)
-    work = pixels.work_axial + pixels.work_angular
+    work = work_axial + work_angular
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(angular > 0.0, final / platform_speed(setting, angular), np.nan)
         efficiency = np.where(work > 0.0, gain / work, np.nan)
-    return Toss(final, ratio, efficiency, gain, work, pixels.delay, pixels.code)
+    return Toss(final, ratio, efficiency, gain, work, delay, table.code)
 
 
 def gained_energy(setting: TossSetting, start: Number, final: Number) -> Number:

@@ -37,7 +37,7 @@ from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, fixed_point
 from bouncing_disk_ros.maps.rotation_map import collision_orbit, measure_attractor
 from bouncing_disk_ros.maps.settled_speed import settled_speeds
 from bouncing_disk_ros.maps.toss_paths import toss_paths, toss_trajectory
-from bouncing_disk_ros.maps.tosses import TossSetting, toss, toss_pixels
+from bouncing_disk_ros.maps.tosses import TossSetting, TossTable, toss
 from support.digest import Near, nearly
 from support.pinned_draws import Draw, Runs, plain, seeded
 
@@ -233,7 +233,9 @@ def ridden(seed: int) -> Any:
          draw.one_of(0.0, draw.number(-3.0, 3.0) * frequency))
         for _ in range(40)
     ]  # fmt: skip
-    return list(toss_pixels(np.array(rows), frequency, disk))
+    table = TossTable(np.array(rows), frequency, disk)
+    table.compute()
+    return [*np.ascontiguousarray(table.out.T), table.code]
 
 
 LAGS, ANGLES = np.linspace(-3.0, 3.0, 13), np.linspace(0.0, 1.5, 9)

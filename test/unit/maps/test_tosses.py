@@ -13,6 +13,7 @@ import pytest
 from bouncing_disk_ros.core.model import Phase
 from bouncing_disk_ros.maps.best_toss import MEASURES, extreme, height_of, ridge
 from bouncing_disk_ros.maps.single_toss import (
+    RESULT_AIRBORNE_SPEED,
     TOSS_NONE,
     TOSS_SLID,
     TOSS_STAYS,
@@ -27,9 +28,9 @@ from bouncing_disk_ros.maps.tosses import (
     PAPER_DISK,
     Toss,
     TossSetting,
+    TossTable,
     separation_phase,
     toss,
-    toss_pixels,
 )
 from support.checks import refused
 
@@ -70,9 +71,12 @@ def test_how_a_toss_ends() -> None:
     assert lifted.airborne_speed == 0.0
     assert np.isnan(lifted.speed_ratio)
     start = np.array([[0.2, 1.0, 1.5, LOWEST, 0.0]])  # slip, and slip the other way
-    assert toss_pixels(start, 3.0, PAPER_DISK, 1).code[0] == TOSS_UNRESOLVED
-    assert np.isnan(toss_pixels(start, 3.0, PAPER_DISK, 1).airborne_speed[0])
-    assert toss_pixels(start, 3.0, PAPER_DISK, 5).code[0] == TOSS_SLID
+    few, enough = (TossTable(start, 3.0, PAPER_DISK, events) for events in (1, 5))
+    for table in (few, enough):
+        table.compute()
+    assert few.code[0] == TOSS_UNRESOLVED
+    assert np.isnan(few.out[0, RESULT_AIRBORNE_SPEED])
+    assert enough.code[0] == TOSS_SLID
     assert set(CODES) == {TOSS_SLID, TOSS_STUCK, TOSS_NONE, TOSS_STAYS, TOSS_UNRESOLVED}
 
 
