@@ -35,7 +35,7 @@ TOLD = {
 """Numbers and words of each page that its commands print, rounded to what the page says."""
 WORKBENCH = "ros2 run bouncing_disk_ros workbench --ros-args"
 RECORDED = 20.0
-"""Seconds of wall clock that the page for robotics engineers lets the recorder run."""
+"""s, by the clock: how long the page for robotics engineers records the closed loop."""
 
 
 class Session:
@@ -44,7 +44,6 @@ class Session:
     def __init__(self, start: Starter, folder: Path) -> None:
         self._start, self._folder = start, folder
         self._running: dict[str, Process] = {}
-        self._recorded_from = 0.0
         self.said = ""
 
     def type(self, line: str, before: str) -> None:
@@ -57,16 +56,14 @@ class Session:
         if "controller:=own_controller.py" in arguments:
             self._begin_anew(before)
         if name == "bag_report":
-            if "juggle" in self._running:  # longer than before: the report shows the longest part
-                time.sleep(RECORDED + time.monotonic() - self._recorded_from)
+            if "juggle" in self._running:
+                time.sleep(RECORDED)
             self._end("recorder")
         command = [sys.executable, "-m", "bouncing_disk_ros", name, *arguments]
         process = self._start.command(command, cwd=str(self._folder))
         if name in STAYS:
             self._running[name] = process
             found = process.wait_for(STAYS[name], WAIT)
-            if name == "recorder":
-                self._recorded_from = time.monotonic()
             if name == "workbench":
                 assert b"Bouncing disk workbench" in urlopen(found[1]).read()
             return
