@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 from bouncing_disk_ros import Simulation, parameters, simulate
 from bouncing_disk_ros.core.arithmetic import sine_and_cosine
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion, join_rows
-from bouncing_disk_ros.parameters import Value
-from bouncing_disk_ros.run.input_records import Record, from_json, to_json
+from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.input_replay import restored
 from bouncing_disk_ros.run.replay import replay
-from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.what_if import changes_of
 from bouncing_disk_ros.run.what_if import what_if as compare
+from support.driven import Driven
 from support.pinned_draws import GRAVITY, Draw, Runs, amplitude, drawn, drawn_values, plain, six
 
 NS = 1_000_000_000
@@ -118,63 +117,25 @@ def before_loads(value: Any) -> Any:
     return [before_loads(part) for part in value] if isinstance(value, list) else value
 
 
-class DrivenRun:
-    """A run with inputs of every kind, its records and its rows in batches."""
+def command(run: Driven, points: Sequence[tuple[float, Sequence[float]]]) -> None:
+    """A programme: (seconds from now, A, Φ, f, θ)."""
+    now = run.session.input_ns
+    run.session.command([(now + round(at * NS), Motion(*to)) for at, to in points])
 
-    def __init__(self, values: Values) -> None:
-        self.records: list[Record] = []
-        self.batches: list[Rows] = []
-        self._session = Session(parameters.complete(values), self._take, paused=False)
 
-    def _take(self, record: Record) -> None:
-        self.records.append(from_json(to_json(record)))
+def impulse(run: Driven, after: float, axial: float, angular: float) -> None:
+    """An impulse some seconds from now."""
+    run.session.apply_impulse(run.session.input_ns + round(after * NS), axial, angular)
 
-    @property
-    def time_ns(self) -> int:
-        """Simulated time."""
-        return self._session.time_ns
 
-    def advance(self, seconds: float) -> None:
-        """Simulate for a while."""
-        self._session.advance(self._session.time_ns + round(seconds * NS))
-        self.batches += [rows for rows in self._session.take_rows() if len(rows)]
-
-    def command(self, points: Sequence[tuple[float, Sequence[float]]]) -> None:
-        """A programme: (seconds from now, A, Φ, f, θ)."""
-        now = self._session.input_ns
-        self._session.command([(now + round(at * NS), Motion(*to)) for at, to in points])
-
-    def impulse(self, after: float, axial: float, angular: float) -> None:
-        """An impulse some seconds from now."""
-        self._session.apply_impulse(self._session.input_ns + round(after * NS), axial, angular)
-
-    def change(self, **values: Value) -> None:
-        """Parameters that change while it runs."""
-        self._session.set_parameters(parameters.checked(values))
-
-    def pause(self, paused: bool) -> None:
-        """Pause or resume."""
-        self._session.set_paused(paused)
-
-    def reset(self) -> None:
-        """Back to the initial state."""
-        self._session.reset()
-
-    def snapshot(self) -> None:
-        """Put the state on record."""
-        self._session.snapshot()
-
-    def content(self, snapshots: bool = False) -> Any:
-        """Rows, records (snapshots too, if wanted), the state and the energies at the end."""
-        simulation = self._session.simulation
-        records = without_version(self.records) if snapshots else without_snapshots(self.records)
-        records = before_loads(records)
-        return [
-            join_rows(self.batches),
-            records,
-            list(simulation.sample()),
-            energy_before(simulation),
-        ]
+def content(run: Driven, snapshots: bool = False) -> Any:
+    """Rows, records (snapshots too, if wanted), the state and the energies at the end."""
+    simulation = run.session.simulation
+    records = (without_version if snapshots else without_snapshots)(run.record_list)
+    return [
+        join_rows(run.batches), before_loads(records), list(simulation.sample()),
+        energy_before(simulation),
+    ]  # fmt: skip
 
 
 def steady(seed: int) -> Any:
@@ -320,7 +281,7 @@ def wild(seed: int) -> Any:
 
 def ticked(pattern: str) -> Any:
     """One run with inputs, advanced in one of several ways: impacts do not depend on it."""
-    run = DrivenRun({"axial_amplitude": 0.045, "angular_amplitude": 0.7})
+    run = Driven(axial_amplitude=0.045, angular_amplitude=0.7)
     draw = Draw(77)
     ways = {
         "in one go": [4.0], "by seconds": [1.0] * 4, "by periods": [0.25] * 16,
@@ -329,13 +290,13 @@ def ticked(pattern: str) -> Any:
         "no time": [0.0, 0.0, 2.0, 0.0, 2.0],
         "drawn": [draw.number(0.0, 0.02) for _ in range(390)],
     }  # fmt: skip
-    run.pause(True)
-    run.impulse(0.8, 0.05, 0.002)
-    run.command([(1.5, (0.03, 1.0, 4.0, 0.3)), (3.0, (0.05, 0.2, 2.5, -1.0))])
-    run.pause(False)
+    run.session.set_paused(True)
+    impulse(run, 0.8, 0.05, 0.002)
+    command(run, [(1.5, (0.03, 1.0, 4.0, 0.3)), (3.0, (0.05, 0.2, 2.5, -1.0))])
+    run.session.set_paused(False)
     for seconds in ways[pattern]:
         run.advance(seconds)
-    return run.content()
+    return content(run)
 
 
 TICKS = ("in one go", "by seconds", "by periods", "by 10 ms", "by 1 ms", "first short",
@@ -343,38 +304,42 @@ TICKS = ("in one go", "by seconds", "by periods", "by 10 ms", "by 1 ms", "first 
 
 
 @cache
-def driven(seed: int) -> DrivenRun:
+def driven(seed: int) -> Driven:
     """A run with inputs of every kind: parameters that change, pauses, resets, snapshots."""
     draw = Draw(10_000 + seed)
-    run = DrivenRun(drawn_values(draw, frequency=3.0, axial_amplitude=0.045))
+    run = Driven(**drawn_values(draw, frequency=3.0, axial_amplitude=0.045))
     for _ in range(25):
         run.advance(draw.one_of(0.0, 1e-9, 0.001, draw.number(0.0, 0.3)))
         an_input(run, draw)
-    run.pause(False)
+    run.session.set_paused(False)
     run.advance(1.0)
     return run
 
 
-def an_input(run: DrivenRun, draw: Draw) -> None:
+def an_input(run: Driven, draw: Draw) -> None:
+    session = run.session
     match draw.whole(0, 8):
         case 0 | 1:
             first = draw.number(0.0, 0.2)
             motion = (draw.number(0.0, 0.06), draw.number(0.0, 1.0), draw.number(2.0, 6.0), 0.3)
-            run.command([(first, motion), (first + 0.1, (*motion[:3], -1.0))])
+            command(run, [(first, motion), (first + 0.1, (*motion[:3], -1.0))])
         case 2 | 3:
-            run.impulse(draw.one_of(0.0, draw.number(0.0, 1.0)), draw.number(-0.1, 0.1),
-                        draw.number(-0.01, 0.01))  # fmt: skip
+            impulse(run, draw.one_of(0.0, draw.number(0.0, 1.0)), draw.number(-0.1, 0.1),
+                    draw.number(-0.01, 0.01))  # fmt: skip
         case 4:
-            run.change(restitution=draw.number(0.0, 0.9), friction=draw.number(0.0, 1.0))
+            values = {"restitution": draw.number(0.0, 0.9), "friction": draw.number(0.0, 1.0)}
+            session.set_parameters(parameters.checked(values))
         case 5:
-            run.change(preload=draw.number(-0.5, 2.0), load_torque=0.001)
-            run.change(chatter_report_speed=draw.one_of(0.0, 1e-3, 0.3))
+            values = {"preload": draw.number(-0.5, 2.0), "load_torque": 0.001}
+            session.set_parameters(parameters.checked(values))
+            speed = draw.one_of(0.0, 1e-3, 0.3)
+            session.set_parameters(parameters.checked({"chatter_report_speed": speed}))
         case 6:
-            run.pause(draw.one_of(True, False))
+            session.set_paused(draw.one_of(True, False))
         case 7:
-            run.snapshot()
+            session.snapshot()
         case _:
-            run.reset()
+            session.reset()
 
 
 def sines(low: float, high: float) -> Any:
@@ -385,7 +350,7 @@ def sines(low: float, high: float) -> Any:
 
 def replayed(seed: int, first: int = 0) -> Any:
     run = driven(seed)
-    found = replay(run.records[first:], run.batches)
+    found = replay(run.record_list[first:], run.batches)
     assert found.identical, found.difference
     return [found.impacts, found.rows, found.missing, found.not_compared, found.records,
             found.snapshots, found.first_row, found.start_ns, found.end_ns,
@@ -394,7 +359,7 @@ def replayed(seed: int, first: int = 0) -> Any:
 
 def cut(seed: int) -> Any:
     """A replay of what is left when the first records are missing, and a run that goes on there."""
-    records = driven(seed).records
+    records = driven(seed).record_list
     first = max(i for i, record in enumerate(records) if record["kind"] == "snapshot")
     run = restored(records[first])
     return [replayed(seed, first), stepped(run, [run.time_ns + 2 * NS])]
@@ -417,7 +382,7 @@ def what_if(seed: int) -> Any:
         {"restitution": 0.45, "friction": 0.2, "frequency": 3.3, "phase_lag": -1.2},
     )
     name = Draw(12_000 + seed).one_of(*values)
-    found = compare(run.records, changes_of({name: values[name]}), run.time_ns)
+    found = compare(run.record_list, changes_of({name: values[name]}), run.session.time_ns)
     apart = found.divergence
     return [list(found.first), list(found.second), found.start_ns, found.end_ns,
             found.divergence_time_ns, apart and [apart.recorded, apart.replayed]]  # fmt: skip
@@ -445,7 +410,7 @@ def runs() -> Runs:
         yield plain("simulated", f"ticks {pattern}", ticked, pattern)
     for low, high in ((-10.0, 10.0), (-1e5, 1e5), (0.0, 1e9), (-1e-9, 1e-9)):
         yield plain("simulated", f"sines {low:g} to {high:g}", sines, low, high)
-    yield from drawn("replayed", "driven", 8, lambda seed: driven(seed).content(True))
+    yield from drawn("replayed", "driven", 8, lambda seed: content(driven(seed), True))
     yield from drawn("replayed", "replayed", 8, replayed)
     yield from drawn("replayed", "from the last snapshot", 4, cut)
     yield from drawn("replayed", "from a checkpoint", 6, resumed)
