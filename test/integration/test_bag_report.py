@@ -12,7 +12,7 @@ import pytest
 
 from bouncing_disk_ros.proof import event_proof
 from bouncing_disk_ros.report import read_run
-from support.in_process import ends
+from support.processes import ends
 from support.recorded import period_one_bag
 
 pytestmark = pytest.mark.timeout(300)  # longer than any wait here

@@ -21,8 +21,8 @@ from bouncing_disk_ros.testing import SteppedSimulator
 from bouncing_disk_ros.units import NS
 from support.controllers import GateController, ImpactAnswerer, SampleAnswerer, move
 from support.digest import digest_of
+from support.driven import replayed
 from support.lockstep_loop import Loop, kept
-from support.replayed import replayed
 from support.ros_peer import Peer
 
 Make = Callable[..., SteppedSimulator]

@@ -16,8 +16,7 @@ import pytest
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.nodes.demo.demo_bag import remove_old_bag
 from bouncing_disk_ros.nodes.demo.demo_story import verdict
-from support.in_process import ends
-from support.processes import PATIENCE, Starter
+from support.processes import PATIENCE, Starter, ends
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.report.run_summary import Summary

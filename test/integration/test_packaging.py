@@ -15,9 +15,9 @@ from pathlib import Path
 import pytest
 
 from bouncing_disk_ros.executables import EXECUTABLES, entry_point
+from support.places import ROOT, copy_tree
 from support.processes import Starter, finished
 from support.ros import wait_for_message
-from support.trees import ROOT, copy_tree
 
 pytestmark = pytest.mark.timeout(300)  # longer than any wait here
 

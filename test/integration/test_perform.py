@@ -24,8 +24,7 @@ from bouncing_disk_ros.report.impact_text import csv_heading
 from bouncing_disk_ros.ros.from_messages import msg_to_motion
 from bouncing_disk_ros.run.input_records import Record
 from bouncing_disk_ros.run.input_replay import advance_to, apply, restored
-from support.in_process import ends
-from support.processes import Process, Starter, finished
+from support.processes import Process, Starter, ends, finished
 from support.ros_peer import Peer
 
 RUNNING = r"running at"

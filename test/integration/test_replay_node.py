@@ -25,8 +25,7 @@ from bouncing_disk_ros.run.command_validation import ImpulseRequest
 from bouncing_disk_ros.run.input_records import to_json
 from bouncing_disk_ros.units import NS
 from support.driven import Driven, flipped
-from support.in_process import ends
-from support.processes import Starter
+from support.processes import Starter, ends
 from support.ros_peer import Peer
 
 START_NS = 10**18

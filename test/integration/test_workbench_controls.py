@@ -20,7 +20,7 @@ from bouncing_disk_ros.workbench.actions import Lifecycle
 from bouncing_disk_ros.workbench.control_pane import DISK_CONTROLS, MOTION_CONTROLS
 from bouncing_disk_ros.workbench.page import Page
 from bouncing_disk_ros.workbench.ros_link import RosLink
-from support.page_link import change, click, model
+from support.bokeh_page import change, click, model
 from support.processes import PATIENCE
 
 

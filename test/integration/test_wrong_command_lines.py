@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from bouncing_disk_ros import bag
-from support.in_process import ends
+from support.processes import ends
 from support.recorded import RecordedRun, period_one_bag
 
 GIVEN = "--ros-args -p"

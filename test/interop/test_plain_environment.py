@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from support.places import ROOT, copy_tree
 from support.studies import SMALLEST
-from support.trees import ROOT, copy_tree
 
 BAG = ROOT / "test" / "reference" / "version_0_2_0" / "live"
 OURS = ("PYTHONPATH", "PYTHONHOME", "LD_LIBRARY_PATH", "AMENT_PREFIX_PATH", "NUMBA_CACHE_DIR",

@@ -31,8 +31,8 @@ from reference import inclusion
 from reference.cases import FIRST, examples
 from reference.corner_scripts import CORNERS
 from reference.inclusion import Path
+from support.driven import replayed
 from support.random_runs import Script, random_script, take
-from support.replayed import replayed
 
 TWINS, NOISE, FACTOR = 2, 1e-12, 100.0
 FLOOR = 1e-10

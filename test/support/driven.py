@@ -1,8 +1,10 @@
-"""Seeded runs of a session, as a recorder would hear them: records and rows with their times."""
+"""Seeded runs of a session, as a recorder would hear them; runs again from a record of inputs."""
 
 from __future__ import annotations
 
 import random
+from collections.abc import Iterable
+from itertools import dropwhile
 from typing import Any
 
 import numpy as np
@@ -11,12 +13,26 @@ from numpy.typing import NDArray
 from bouncing_disk_ros import parameters
 from bouncing_disk_ros.core.model import Motion, join_rows
 from bouncing_disk_ros.core.offset import DEGREES, Knot, OffsetState
+from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.run import input_records as records_of
+from bouncing_disk_ros.run.input_records import Record
+from bouncing_disk_ros.run.input_replay import advance_to, apply, restored
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.trajectory_validation import Splice
 from bouncing_disk_ros.units import NS
 
-Record = dict[str, Any]
+
+def replayed(records: Iterable[Record], until_ns: int = 0) -> tuple[NDArray[np.void], Simulation]:
+    """Rows of IMPACT_DTYPE from the first snapshot on, and the simulation at the end."""
+    first, *others = dropwhile(lambda record: record["kind"] != "snapshot", records)
+    simulation, rows = restored(first), []
+    for record in others:
+        rows += advance_to(simulation, record["time_ns"])
+        apply(simulation, record)
+    rows += advance_to(simulation, until_ns)
+    return join_rows(rows), simulation
+
+
 Rows = NDArray[np.void]
 
 

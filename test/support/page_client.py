@@ -20,7 +20,7 @@ from bokeh.protocol.receiver import Receiver
 from tornado.httpclient import AsyncHTTPClient, HTTPRequest, HTTPResponse
 from tornado.websocket import websocket_connect
 
-from support.page_link import model
+from support.bokeh_page import model
 from support.processes import PATIENCE, wait_until
 
 

@@ -1,9 +1,21 @@
-"""Places on a disk as the package looks for them: a prefix, the private temporary folder."""
+"""Places on a disk: a prefix, the private temporary folder, copies of the source tree."""
 
 from __future__ import annotations
 
 import os
+import shutil
 from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+#: what a user's clone would not hold, or a build does not need
+LEFT_OUT = (".*", "build", "install", "log", "output", "__pycache__", "*.egg-info", "docs")
+
+
+def copy_tree(target: Path) -> Path:
+    """Copy the source tree to `target` (with .gitignore's files left out) and return it."""
+    shutil.copytree(ROOT, target, ignore=shutil.ignore_patterns(*LEFT_OUT))
+    return target
+
 
 INDEX = Path("share/ament_index/resource_index")
 

@@ -15,6 +15,8 @@ killed, with its children; the output of every process is printed for a test tha
 from __future__ import annotations
 
 import contextlib
+import gc
+import importlib
 import os
 import re
 import signal
@@ -25,6 +27,29 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import IO, Any
+
+import pytest
+
+from bouncing_disk_ros.executables import module_of
+
+
+def ends(
+    capfd: pytest.CaptureFixture[str], name: str, *arguments: str
+) -> tuple[int, str, list[str]]:
+    """Exit code, stdout and lines of stderr of an executable with a command line."""
+    handlers = {number: signal.getsignal(number) for number in (1, 2, 15)}
+    capfd.readouterr()
+    try:
+        code = int(importlib.import_module(module_of(name)).main(arguments))
+    except SystemExit as end:
+        code = int(end.code or 0)
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        gc.unfreeze()
+    out, err = capfd.readouterr()
+    return code, out, err.splitlines()
+
 
 PATIENCE = 60.0  # s; bounds a wait for a condition, long past any start-up on a loaded machine
 INFORMATION = re.compile(

@@ -13,7 +13,7 @@ import pytest
 from bouncing_disk_ros import simulate
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion, Phase, join_rows
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.run.input_records import from_json, to_json
+from bouncing_disk_ros.run.input_records import Record, from_json, to_json
 from bouncing_disk_ros.run.presets import load_preset
 from bouncing_disk_ros.run.programmes import ANY_MOTION
 from bouncing_disk_ros.run.replay import replay
@@ -26,7 +26,7 @@ from bouncing_disk_ros.run.what_if import (
 )
 from bouncing_disk_ros.units import NS
 from support.checks import refused, there
-from support.driven import Driven, Record, flipped
+from support.driven import Driven, flipped
 
 
 @pytest.fixture(scope="module")

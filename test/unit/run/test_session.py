@@ -15,7 +15,7 @@ from bouncing_disk_ros.run.loop import Loop
 from bouncing_disk_ros.run.session import MAX_INPUTS_BETWEEN_SNAPSHOTS, Session
 from bouncing_disk_ros.units import NS
 from support.checks import refused
-from support.replayed import replayed
+from support.driven import replayed
 
 Record = dict[str, Any]
 

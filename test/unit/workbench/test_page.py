@@ -51,8 +51,8 @@ from bouncing_disk_ros.workbench.page import TABS, TEXT_EVERY, Page, Pages, TabR
 from bouncing_disk_ros.workbench.run_history import SAMPLE_DTYPE, numbers
 from bouncing_disk_ros.workbench.scene_table import SCENES
 from bouncing_disk_ros.workbench.tab import TabPane
+from support.bokeh_page import ListLink, change, click, model
 from support.checks import refused
-from support.page_link import ListLink, change, click, model
 from support.recorded import period_one_bag
 
 

@@ -20,9 +20,9 @@ from bouncing_disk_ros.workbench import page_guard
 from bouncing_disk_ros.workbench.page import Pages
 from bouncing_disk_ros.workbench.page_guard import COOKIE
 from bouncing_disk_ros.workbench.page_server import PageServer
+from support.bokeh_page import ListLink
 from support.checks import refused
 from support.page_client import cookie_of, token_of
-from support.page_link import ListLink
 
 Run = Callable[[Coroutine[Any, Any, Any]], Any]
 Serve = Callable[..., PageServer]

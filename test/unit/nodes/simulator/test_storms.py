@@ -30,7 +30,7 @@ from bouncing_disk_ros.run.time_map import FAR_NS
 from bouncing_disk_ros.topics import MOTION_NAMES, OFFSET_JOINTS
 from reference.cases import FIRST, examples
 from support.commanded import WALL_NS, CommandedSession
-from support.replayed import replayed
+from support.driven import replayed
 
 FREQUENCIES = (1e-3, 1e6)
 """Range of the platform's frequency, Hz: one command may ask for any change within it."""

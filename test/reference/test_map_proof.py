@@ -1,27 +1,41 @@
-"""Proof of the next-collision map: from one impact (τ, w) to the next, one flight or one contact.
+"""Lanes against a proof of the next-collision map: one flight or one contact from an impact (τ, w).
 
 Units of the map: time 1/ω, length πg/ω², so that g = 1/π, s = Γ sin τ. The first impact after
 (τ, w) is enclosed by a search of the referee's own and compared with what is reported. Where a
-chatter completes, contact lasts until sin τ = 1/(πΓ), and the flight begins there.
+chatter completes, contact lasts until sin τ = 1/(πΓ), and the flight begins there. `make soak` has
+a million steps. Other steps than those of the lanes are refuted.
 """
 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from enum import IntEnum
 from typing import NamedTuple
 
+import numpy as np
+import pytest
 from flint import arb, ctx
+from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Phase
 from bouncing_disk_ros.core.roots import INSTANT
+from bouncing_disk_ros.maps.lanes.axial_lanes import (
+    COUNT_CONTACTS,
+    COUNT_RESTS,
+    iterate_axial,
+)
 from bouncing_disk_ros.proof.event_functions import HALF_ULP, ROUNDINGS, Watched, gap_of
 from bouncing_disk_ros.proof.event_proof import chatter_tail
 from bouncing_disk_ros.proof.exact_records import DiskRecord, MotionRecord, State
 from bouncing_disk_ros.proof.platforms import Platform
 from bouncing_disk_ros.proof.positivity import Found, first_zero, opens
 from bouncing_disk_ros.proof.verdicts import Outcome, Verdict, compared, worst
+from reference.cases import FIRST, examples
 
+Floats = NDArray[np.float64]
+COLLISIONS, UNDECIDED_PART = examples(1_000, 1_000_000), 3e-3
+"""Steps, and the part of them that may be undecided: grazes."""
 GRAVITY = 1.0 / math.pi
 _PRECISION = 192
 _LATER = 1.0  # rad, after the reported impact
@@ -144,3 +158,85 @@ def _compare(collision: Collision, gap: Watched, tau: float, d: arb) -> Verdict:
     bend = float(abs(curvature).upper())
     allowed = gap.tolerance(lasted, 1) + gap.tolerance(lasted) / float(abs(slope)) * bend
     return worst([phase, compared(slope - arb(collision.next_w), allowed, "w")])
+
+
+def by_lanes(tau: Floats, w: Floats, axial_forcing: Floats, restitution: Floats) -> list[Collision]:
+    """What the lanes say of one step each."""
+    next_tau, next_w, counts = tau.copy(), w.copy(), np.zeros((len(tau), 2), np.int64)
+    iterate_axial(next_tau, next_w, axial_forcing, restitution, 1, counts)
+    kinds = np.where(counts[:, COUNT_RESTS] > 0, 2, np.where(counts[:, COUNT_CONTACTS] > 0, 1, 0))
+    table = np.stack([tau, w, axial_forcing, restitution, next_tau, next_w], axis=1)
+    return [
+        Collision(*row)._replace(kind=MapKind(kind))
+        for row, kind in zip(table.tolist(), kinds.tolist(), strict=True)
+    ]
+
+
+def steps(n: int) -> list[Collision]:
+    """Steps from random impacts, none of them at the ends of the parameters."""
+    rng = np.random.default_rng(1)
+    tau = rng.uniform(0.0, math.tau, n)
+    w = -np.where(np.arange(n) % 3 == 0, 10.0 ** rng.uniform(-12, -6, n), rng.uniform(0, 4, n))
+    return by_lanes(tau, w, rng.uniform(0.0, 1.2, n), rng.uniform(0.0, 0.9, n))
+
+
+def log_uniforms(rng: np.random.Generator, low: float, high: float, n: int) -> Floats:
+    """Numbers between low and high whose logarithms are uniform."""
+    found: Floats = np.exp(rng.uniform(math.log(low), math.log(high), n))
+    return found
+
+
+def random_collisions(seed: int, n: int) -> list[Collision]:
+    """Steps from random impacts: Γ 0 to 1.5, some 1e-9 to 1e6; ε in [0, 1], often near its ends;
+    |w| from 1e-12 to 1e4."""
+    rng, k = np.random.default_rng(seed), np.arange(n)
+    tau = rng.uniform(0.0, math.tau, n)
+    axial_forcing = np.choose(
+        k % 5, [rng.uniform(0.0, 0.33, n), log_uniforms(rng, 1e-9, 1e6, n)]
+        + [rng.uniform(0.3, 1.5, n)] * 3,
+    )  # fmt: skip
+    restitution = np.choose(
+        k % 7, [rng.integers(0, 2, n), 1.0 - log_uniforms(rng, 1e-6, 1.0, n)]
+        + [rng.uniform(0.0, 1.0, n)] * 5,
+    )  # fmt: skip
+    speed = np.choose(
+        k % 3,
+        [log_uniforms(rng, 1e-12, 1.0, n), rng.uniform(0.0, 5.0, n),
+         log_uniforms(rng, 1e-3, 1e4, n)],
+    )  # fmt: skip
+    return by_lanes(tau, -speed, axial_forcing, restitution)
+
+
+def test_steps_of_the_lanes_are_proved() -> None:
+    counts: Counter[Outcome] = Counter()
+    for collision in random_collisions(FIRST + 1, COLLISIONS):
+        verdict = prove_collision(collision)
+        counts[verdict.outcome] += 1
+        assert verdict.outcome is not Outcome.REFUTED, (collision, verdict)
+    assert counts[Outcome.UNDECIDED] <= UNDECIDED_PART * COLLISIONS
+
+
+@pytest.mark.parametrize("field", ["next_tau", "next_w"])
+@pytest.mark.parametrize("change", [1e-9, -1e-9, 0.1])
+def test_other_impacts_are_refuted(field: str, change: float) -> None:
+    for step in steps(100):
+        if step.kind is MapKind.REST:
+            continue
+        other = step._replace(**{field: getattr(step, field) + change})
+        assert prove_collision(other).outcome is Outcome.REFUTED, other
+
+
+def test_another_kind_is_not_proved() -> None:
+    """A chatter that is far from complete is not shown to end; a flight in its place is none."""
+    for step in steps(100):
+        for kind in set(MapKind) - {step.kind}:
+            outcome = prove_collision(step._replace(kind=kind)).outcome
+            assert outcome is not Outcome.PROVED
+            if kind is MapKind.IMPACT:
+                assert outcome is Outcome.REFUTED
+
+
+@pytest.mark.parametrize("w", [math.nan, 0.0, 1.0, -math.inf])
+def test_an_impact_that_is_none_is_refuted(w: float) -> None:
+    step = steps(1)[0]._replace(next_w=w, kind=MapKind.IMPACT)
+    assert prove_collision(step).outcome is Outcome.REFUTED
