@@ -58,17 +58,18 @@ def main() -> None:
 
 def recorded(url: str, profile: Path) -> list[Image.Image]:
     """Pictures of the page, evenly in simulated time."""
-    from support.browser import button, new_browser, page_text
+    from support.browser import button, new_browser, page_text, seconds_shown
+    from support.processes import wait_until
 
     browser = new_browser(profile, WIDTH, HEIGHT)
     try:
         browser.get(url)
-        wait(lambda: re.search(r"[1-9]\d* impacts", page_text(browser)))
+        wait_until(lambda: re.search(r"[1-9]\d* impacts", page_text(browser)))
         button(browser, "First toss").click()
-        wait(lambda: shown_time(page_text(browser)) > 1.0 and "sticking" in page_text(browser))
+        wait_until(lambda: seconds_shown(browser) > 1.0 and "sticking" in page_text(browser))
         button(browser, f"×{SLOWER:g}").click()
         pictures: list[Image.Image] = []
-        wait(lambda: "· flight ·" in page_text(browser))
+        wait_until(lambda: "· flight ·" in page_text(browser))
         begun = time.monotonic()
         while (passed := time.monotonic() - begun) < SECONDS / SLOWER:
             wanted = len(pictures) / (FRAMES_A_SECOND * SLOWER)
@@ -78,21 +79,6 @@ def recorded(url: str, profile: Path) -> list[Image.Image]:
         return pictures
     finally:
         browser.quit()
-
-
-def wait(condition: Any, seconds: float = 90.0) -> None:
-    """Wait until a condition holds."""
-    end = time.monotonic() + seconds
-    while not condition():
-        if time.monotonic() > end:
-            raise SystemExit("the page does not show what was waited for")
-        time.sleep(0.05)
-
-
-def shown_time(text: str) -> float:
-    """The simulated time that the page shows, s."""
-    found = re.search(r"· ([\d.]+) s ·", text)
-    return float(found[1]) if found else 0.0
 
 
 def picture(browser: Any) -> Image.Image:

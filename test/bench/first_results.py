@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from bench.table import Row, row
-from support.processes import Starter
+from support.processes import executed
 from support.recorded import period_one_bag
 from support.studies import SMALLEST
 
@@ -30,21 +30,18 @@ def commands(bag: str, fresh: Callable[[], Path]) -> dict[str, Callable[[], list
     return {**tools, **{name: partial(study, name) for name in SMALLEST}}
 
 
-def measure(start: Starter, folder: Path, fresh: Callable[[], Path]) -> list[Row]:
+def measure(folder: Path, fresh: Callable[[], Path]) -> list[Row]:
     """The rows of this part; `fresh` names a new folder at each call."""
     bag = str(period_one_bag(folder / "run", 4.0))
     found = commands(bag, fresh).items()
-    return [one for name, arguments in found for one in _rows(start, name, arguments, fresh)]
+    return [one for name, arguments in found for one in _rows(name, arguments, fresh)]
 
 
-def _rows(
-    start: Starter, name: str, arguments: Callable[[], list[str]], fresh: Callable[[], Path]
-) -> list[Row]:
+def _rows(name: str, arguments: Callable[[], list[str]], fresh: Callable[[], Path]) -> list[Row]:
     def seconds(env: dict[str, str]) -> float:
         given = arguments()
         begin = time.perf_counter()
-        code, process = start.finish(name, *given, env=env, timeout=PATIENCE)
-        assert code == 0, process.output
+        executed(name, *given, env=env, timeout=PATIENCE)
         return time.perf_counter() - begin
 
     uncached = seconds({"NUMBA_CACHE_DIR": str(fresh())})

@@ -46,7 +46,7 @@ def test_bench(start: Starter, tmp_path: Path, capsys: pytest.CaptureFixture[str
     folders = (tmp_path / f"new-{i}" for i in itertools.count())
     plain: tuple[Callable[[], list[Row]], ...] = (
         lambda: node.measure_starts(start, lambda: next(folders)),
-        lambda: first_results.measure(start, tmp_path, lambda: next(folders)),
+        lambda: first_results.measure(tmp_path, lambda: next(folders)),
         lambda: node.measure_rates(start),
         lambda: refusals.measure(start),
         ceiling.measure,

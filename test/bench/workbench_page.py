@@ -11,7 +11,7 @@ import psutil
 from bench.table import Aim, Row, row
 from support import browser as chromium
 from support.page_client import PageClient
-from support.processes import Process, Starter
+from support.processes import Process, Starter, wait_until
 from support.ros_peer import Peer
 
 STARTS, SECONDS = 3, 10.0
@@ -78,10 +78,7 @@ def _drawn(url: str, folder: Path) -> Row:
     browser: Any = chromium.new_browser(folder / "profile")
     try:
         browser.get(url)
-        end = time.monotonic() + 60.0
-        while "impacts" not in chromium.page_text(browser):
-            if time.monotonic() > end:
-                raise AssertionError("the page shows nothing")
+        wait_until(lambda: "impacts" in chromium.page_text(browser))
         browser.execute_script(_COUNT)
         rates = []
         for _ in range(3):

@@ -12,7 +12,7 @@ from sensor_msgs.msg import JointState
 import bouncing_disk_ros
 from bouncing_disk_ros.__main__ import main
 from bouncing_disk_ros.executables import EXECUTABLES
-from support.processes import Starter, finished
+from support.processes import Starter, executed, finished
 from support.ros import wait_for_message
 
 #: every variable that names a place for files, as a bare container has them: none
@@ -112,7 +112,7 @@ def test_a_wrong_setting_is_one_line_and_code_2(
     assert all(line.startswith(said) for line in lines)
 
 
-def test_security_that_cannot_be_had_is_one_line_and_code_2(start: Starter, tmp_path: Path) -> None:
+def test_security_that_cannot_be_had_is_one_line_and_code_2(tmp_path: Path) -> None:
     """On any machine: the wheels have no security, and a ROS installation finds no such enclave."""
     (tmp_path / "keystore" / "enclaves").mkdir(parents=True)
     settings: dict[str, str | None] = {
@@ -120,7 +120,7 @@ def test_security_that_cannot_be_had_is_one_line_and_code_2(start: Starter, tmp_
         "ROS_SECURITY_STRATEGY": "Enforce",
         "ROS_SECURITY_KEYSTORE": str(tmp_path / "keystore"),
     }
-    code, process = start.finish("recorder", str(tmp_path / "run"), env=settings)
-    assert (code, process.stdout) == (2, "")
+    process = executed("recorder", tmp_path / "run", code=2, env=settings)
+    assert process.stdout == ""
     (line,) = process.stderr.splitlines()
     assert line.startswith("recorder: ROS_SECURITY_ENABLE: got 'true', allowed: an enclave")

@@ -81,11 +81,6 @@ def look(browser: Any, name: str) -> None:
         browser.save_screenshot(str(Path(SHOTS, f"{name}.png")))
 
 
-def seconds_shown(browser: Any) -> float:
-    found = re.search(r"· ([\d.]+) s ·", chromium.page_text(browser))
-    return float(found[1]) if found else 0.0
-
-
 def test_the_page_fits_the_screen(browser: Any, without_ros: Process) -> None:
     """Nothing lies beside it or on another control; on a screen all controls are seen at once.
 
@@ -98,7 +93,7 @@ def test_the_page_fits_the_screen(browser: Any, without_ros: Process) -> None:
         return chromium.widest(browser) <= width
 
     browser.get(without_ros.wait_for(r"(http://\S+)$", 60.0)[1])
-    wait_until(lambda: seconds_shown(browser) > 1.0)
+    wait_until(lambda: chromium.seconds_shown(browser) > 1.0)
     chromium.button(browser, scene.title).click()
     wait_until(lambda: scene.find in chromium.page_text(browser))
     for tab, done in SEEN.items():
@@ -137,7 +132,7 @@ def test_the_page_takes_keys_and_can_be_read(browser: Any, without_ros: Process)
         return len(chromium.contrasts(browser)) > 50
 
     browser.get(without_ros.wait_for(r"(http://\S+)$", 60.0)[1])
-    wait_until(lambda: seconds_shown(browser) > 1.0)
+    wait_until(lambda: chromium.seconds_shown(browser) > 1.0)
     chromium.button(browser, "Pause").send_keys(Keys.SPACE)
     wait_until(lambda: chromium.button(browser, "Resume"))
     stops = [press(Keys.TAB)]
@@ -187,7 +182,7 @@ def test_the_page_lives_and_commands(browser: Any, workbench: Process) -> None:
     url = workbench.wait_for(r"(http://\S+)$", 60.0)[1]
     browser.get(url)
     assert browser.title == "Bouncing disk workbench"
-    wait_until(lambda: seconds_shown(browser) > 1.0)
+    wait_until(lambda: chromium.seconds_shown(browser) > 1.0)
     look(browser, "run")
 
     chromium.slider_handle(browser, "ε restitution").send_keys(Keys.ARROW_LEFT)
@@ -220,10 +215,10 @@ def test_the_page_lives_and_commands(browser: Any, workbench: Process) -> None:
 
     wait_until(lambda: "tab=Bifurcation" in browser.current_url)
     assert "token" not in browser.current_url
-    before = seconds_shown(browser)
+    before = chromium.seconds_shown(browser)
     browser.refresh()
     wait_for_text(browser, r"values of Γ.* in \d")
-    assert seconds_shown(browser) > before, "the run goes on"
+    assert chromium.seconds_shown(browser) > before, "the run goes on"
     assert "Traceback" not in workbench.output
 
 
@@ -232,7 +227,7 @@ def test_a_loop_is_started_disturbed_and_stopped(browser: Any, start: Starter, r
     """It brings the disk back from an impulse, and from rest; the process ends with Stop."""
     workbench = start("workbench", *OPTIONS) if ros else hidden_ros(start)
     browser.get(workbench.wait_for(r"(http://\S+)$", 60.0)[1])
-    wait_until(lambda: seconds_shown(browser) > 1.0)
+    wait_until(lambda: chromium.seconds_shown(browser) > 1.0)
     chromium.button(browser, "Juggle").click()
     wait_for_text(browser, CAPTURED)
     chromium.button(browser, "Give impulse").click()
@@ -268,11 +263,11 @@ def test_a_browser_acknowledges_what_it_draws(browser: Any, workbench: Process) 
     browser.get(url)
     wait_until(lambda: "tab=The+run" in browser.current_url)  # nothing has changed since it opened
     assert "token" not in browser.current_url
-    wait_until(lambda: seconds_shown(browser) > 1.0)
+    wait_until(lambda: chromium.seconds_shown(browser) > 1.0)
     script = "return Bokeh.documents[0].get_model_by_name('path').data.time.at(-1)"
     first = float(browser.execute_script(script))
     wait_until(lambda: float(browser.execute_script(script)) > first + 3.0)
-    assert abs(float(browser.execute_script(script)) - seconds_shown(browser)) < 1.0
+    assert abs(float(browser.execute_script(script)) - chromium.seconds_shown(browser)) < 1.0
 
 
 def test_pages_from_elsewhere_get_nothing(tmp_path: Path, workbench: Process) -> None:
@@ -297,6 +292,6 @@ def test_pages_from_elsewhere_get_nothing(tmp_path: Path, workbench: Process) ->
         browser.switch_to.default_content()
         browser.get(url)
         assert browser.title == "Bouncing disk workbench"
-        wait_until(lambda: seconds_shown(browser) > 0.0)
+        wait_until(lambda: chromium.seconds_shown(browser) > 0.0)
     finally:
         browser.quit()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from importlib.util import find_spec
 from pathlib import Path
@@ -90,6 +91,12 @@ def page_text(browser: Any) -> str:
     }
     return text(document.body)"""
     return str(browser.execute_script(script))
+
+
+def seconds_shown(browser: Any) -> float:
+    """The simulated time that the page shows, s."""
+    found = re.search(r"· ([\d.]+) s ·", page_text(browser))
+    return float(found[1]) if found else 0.0
 
 
 def complaints(browser: Any) -> list[str]:

@@ -8,8 +8,8 @@
 
 `start(name, *arguments, env={...})` runs `python -m bouncing_disk_ros name arguments`; `env` is
 laid over the environment, a value of None removes a variable. `start.command([...])` runs anything
-else; `start.finish(name, *arguments)` also waits for the end. What still runs when the test ends is
-killed, with its children; the output of every process is printed for a test that fails.
+else. What still runs when the test ends is killed, with its children; the output of every process
+is printed for a test that fails. `executed(name, *arguments)` waits for the end.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import IO, Any
 
@@ -100,6 +101,10 @@ def finished(
     )  # fmt: skip
     assert code in (None, done.returncode), f"{command[0]}: {done.stdout}{done.stderr}"
     return done
+
+
+executed = partial(finished, sys.executable, "-m", "bouncing_disk_ros")
+"""An executable of the package at its end."""
 
 
 class Process:
@@ -269,17 +274,6 @@ class Starter:
         process = Process(command, env, cwd)
         self.processes.append(process)
         return process
-
-    def finish(
-        self,
-        name: str,
-        *arguments: str,
-        env: Mapping[str, str | None] | None = None,
-        timeout: float = PATIENCE,
-    ) -> tuple[int, Process]:
-        """Start the executable `name`, wait for its end; return its exit code and the process."""
-        process = self(name, *arguments, env=env)
-        return process.wait(timeout), process
 
     def close(self) -> None:
         """Kill what still runs and print what everything printed (pytest shows it on failure)."""

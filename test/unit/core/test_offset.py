@@ -31,7 +31,7 @@ from bouncing_disk_ros.core.offset_extremes import extremes, newest_extremes
 from bouncing_disk_ros.core.simulation import Simulation
 from reference.cases import FIRST, examples
 from reference.offset_path import Point, Trajectory, pieces
-from support.offset_runs import OffsetRun, Spliced, knots, points, random_run
+from support.random_runs import OffsetRun, Spliced, knots, points, random_offset_run
 
 SECOND = 10**9
 STILL = Motion(0.0, 0.0, 1.0, 0.0)
@@ -97,7 +97,7 @@ def test_a_run_shows_the_formula_within_2e_15(begin: int) -> None:
     """
     rng = np.random.default_rng(2)
     for seed in range(examples(15)):
-        run = random_run(seed)._replace(motion=STILL, disk=disk(0.0 if begin else 1.0))
+        run = random_offset_run(seed)._replace(motion=STILL, disk=disk(0.0 if begin else 1.0))
         height = 0.0 if begin else 100.0
         run = run._replace(initial=InitialState(height, 0.0, 0.0, 0.0, 0.0))
         trajectories = [Spliced(begin + one[0], *later(one, begin)) for one in run.trajectories]
@@ -204,7 +204,7 @@ def test_an_earlier_splice_replaces_a_later_one_and_cancelling_keeps_what_has_be
 
 
 def test_trimmed_lanes_splice_the_same() -> None:
-    run = random_run(11)
+    run = random_offset_run(11)
     offset = run.start().offset
     for now in range(0, SECOND // 4, SECOND // 100):
         more = [cubic(now + SECOND, 0.01, 0.0)]
@@ -268,7 +268,7 @@ def one_by_one(run: OffsetRun, rate: float) -> Simulation:
 @pytest.mark.parametrize("rate", [50.0, 100.0, 1000.0])
 def test_knots_sent_at_once_or_one_by_one_are_the_same_bits(rate: float) -> None:
     for seed in range(20):
-        run = random_run(seed)
+        run = random_offset_run(seed)
         run = run._replace(trajectories=run.trajectories[:1])
         end = int(3 / run.motion.frequency * SECOND)
         whole = run.start()
@@ -283,7 +283,7 @@ def test_knots_sent_at_once_or_one_by_one_are_the_same_bits(rate: float) -> None
 def test_a_checkpoint_after_a_reset_continues_with_the_same_bits(moved: bool) -> None:
     """Whether a trajectory came before the reset, and with one that is sent after it."""
     for seed in range(12):
-        run = random_run(seed)
+        run = random_offset_run(seed)
         half = int(1.5 / run.motion.frequency * SECOND)
         whole = run.start() if moved else run._replace(trajectories=()).start()
         whole.advance(half, 10**6)
@@ -304,7 +304,7 @@ def check_future_splice(seed: int) -> None:
     Over a splice the platform moves by what its speeds allow in 1 ns, to rounding.
     """
     rng = np.random.default_rng(seed)
-    run = random_run(seed)
+    run = random_offset_run(seed)
     sim = run.start()
     frequency = run.motion.frequency
     sim.advance(int(rng.uniform(0.0, 1.0) / frequency * SECOND))
@@ -343,7 +343,7 @@ def test_future_splices_while_moving_keep_the_position_continuous() -> None:
     ],
 )  # fmt: skip
 def test_a_damaged_checkpoint_is_refused_in_one_line(change: dict[str, object]) -> None:
-    sim = random_run(3).start()
+    sim = random_offset_run(3).start()
     sim.advance(SECOND // 100)
     values = sim.snapshot()
     values["offset"] = {**values["offset"], **change}

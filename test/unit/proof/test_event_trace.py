@@ -22,7 +22,7 @@ from bouncing_disk_ros.proof.exact_records import (
 from bouncing_disk_ros.proof.platforms import platform_of
 from bouncing_disk_ros.proof.verdicts import Outcome
 from reference.offset_path import Piece
-from support.offset_runs import random_run
+from support.random_runs import random_offset_run
 
 NS = 1_000_000_000
 
@@ -102,7 +102,7 @@ AT_REST = MotionRecord(False, 0, 2**62, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.
 
 def events(seeds: range) -> Iterator[Event]:
     for seed in seeds:
-        yield from itertools.islice(trace(random_run(seed).start(), 10**9), EVENTS)
+        yield from itertools.islice(trace(random_offset_run(seed).start(), 10**9), EVENTS)
 
 
 @pytest.mark.parametrize("degree", [0, 1, 3, 5])
