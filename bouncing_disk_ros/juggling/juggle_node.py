@@ -16,21 +16,20 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from sensor_msgs.msg import PointCloud2
-from std_msgs.msg import Float64, Header, String, UInt64MultiArray
-from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+from std_msgs.msg import Float64, String, UInt64MultiArray
+from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros.core.model import Disk
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.juggling.juggler import OffsetTrajectory
-from bouncing_disk_ros.juggling.live_loop import LiveLoop, LoopOptions
+from bouncing_disk_ros.juggling.live_loop import LiveLoop, LoopOptions, request_of
 from bouncing_disk_ros.juggling.loop_settings import Limits, Sensor
 from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg, msg_to_motion, time_to_ns
 from bouncing_disk_ros.ros.node_tool import options
 from bouncing_disk_ros.ros.numbered_subscription import WithInfo
 from bouncing_disk_ros.ros.qos import profile_of, publisher_of, subscription_to
-from bouncing_disk_ros.ros.to_messages import ns_to_duration, ns_to_time
-from bouncing_disk_ros.topics import LOCKSTEP_TOPICS, OFFSET_JOINTS, Qos
+from bouncing_disk_ros.ros.to_messages import trajectory_to_msg
+from bouncing_disk_ros.topics import LOCKSTEP_TOPICS, Qos
 from bouncing_disk_ros.units import NS
 
 SIMULATOR = "bouncing_disk"
@@ -177,7 +176,10 @@ class JuggleNode(Node):
         factor, last_ns = float(self._values["real_time_factor"]) or 1.0, rows["time"][-1] * NS
         for answer in self._loop.on_impacts(self._to_be_answered(rows)):
             late_ns = round((answer.begin_ns - round(last_ns)) / factor)
-            self._send(answer, time_to_ns(cloud.header.stamp) + late_ns, factor)
+            stamp_ns = time_to_ns(cloud.header.stamp) + late_ns
+            self._out.publish(trajectory_to_msg(request_of(answer, stamp_ns, factor)))
+            self.sent += 1
+            self._count()
         self._turn_and_report()
         if self._gates is not None:
             self._gates.heard(int(rows["index"][-1]) + 1)
@@ -195,23 +197,6 @@ class JuggleNode(Node):
             self._lag_out.publish(Float64(data=lag))
             self._count()
         self._report()
-
-    # --- what is commanded ------------------------------------------------------------------------
-    def _send(self, answer: OffsetTrajectory, stamp_ns: int, factor: float) -> None:
-        points = [
-            JointTrajectoryPoint(
-                positions=array("d", [point.position]),
-                velocities=array("d", [point.velocity]),
-                accelerations=array("d", [point.acceleration]),
-                time_from_start=ns_to_duration(round((point.at_ns - answer.begin_ns) / factor)),
-            )
-            for point in answer.points
-        ]
-        header = Header(stamp=ns_to_time(stamp_ns))
-        names = [OFFSET_JOINTS[0]]
-        self._out.publish(JointTrajectory(header=header, joint_names=names, points=points))
-        self.sent += 1
-        self._count()
 
     def _count(self) -> None:
         if self._gates is not None:

@@ -27,6 +27,9 @@ from bouncing_disk_ros.juggling.target_orbit import (
 )
 from bouncing_disk_ros.maps.period_one import stability_limit
 from bouncing_disk_ros.maps.scales import axial_forcing_of, velocity_scale
+from bouncing_disk_ros.run.command_validation import PointRequest
+from bouncing_disk_ros.run.trajectory_validation import TrajectoryRequest
+from bouncing_disk_ros.topics import OFFSET_JOINTS
 from bouncing_disk_ros.units import NS
 
 _MEASURED = 11
@@ -106,6 +109,21 @@ class LoopOptions(NamedTuple):
     lead_ns: int = 0  # from an impact until an answer to it can act
     tolerance: float = 0.05
     streak: int = 5
+
+
+def request_of(answer: OffsetTrajectory, stamp_ns: int, factor: float = 1.0) -> TrajectoryRequest:
+    """An answer as it is asked for on platform/joint_trajectory.
+
+    `factor`: simulated over ROS time.
+    """
+    points = tuple(
+        PointRequest(
+            (p.position,), round((p.at_ns - answer.begin_ns) / factor), (p.velocity,),
+            (p.acceleration,),
+        )
+        for p in answer.points
+    )  # fmt: skip
+    return TrajectoryRequest((OFFSET_JOINTS[0],), points, stamp_ns)
 
 
 class LiveLoop:

@@ -21,7 +21,7 @@ from bouncing_disk_ros.parameters import TABLE, Spec, Value
 from bouncing_disk_ros.ros.from_messages import msg_to_motion, time_to_ns
 from bouncing_disk_ros.ros.node_tool import options, publishing_nodes, wait_for
 from bouncing_disk_ros.ros.qos import publisher_of, subscription_to
-from bouncing_disk_ros.ros.to_messages import programme_to_msg, trajectory_to_msg
+from bouncing_disk_ros.ros.to_messages import trajectory_to_msg
 from bouncing_disk_ros.run.command_validation import ProgrammeRequest
 from bouncing_disk_ros.run.gates import Lockstep
 from bouncing_disk_ros.run.programmes import FIRST_TOSS, load_programme, requests_of, start_of
@@ -219,7 +219,7 @@ class Performer(Node):
         start_ns = start_of(self.programme, self._motion, earliest, fade_ns)
         for request in requests_of(self.programme, self._motion.target, start_ns, line):
             if isinstance(request, ProgrammeRequest):
-                self._publisher.publish(programme_to_msg(request))
+                self._publisher.publish(trajectory_to_msg(request))
             else:
                 self._offsets.publish(trajectory_to_msg(request))
         after_ns, target = self.programme.targets(self._motion.target)[-1]

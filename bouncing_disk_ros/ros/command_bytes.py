@@ -27,7 +27,7 @@ from bouncing_disk_ros.run.command_validation import (
     PointRequest,
     ProgrammeRequest,
 )
-from bouncing_disk_ros.run.trajectory_validation import TrajectoryPoint, TrajectoryRequest
+from bouncing_disk_ros.run.trajectory_validation import TrajectoryRequest
 from bouncing_disk_ros.topics import MOTION_NAMES
 from bouncing_disk_ros.units import NS
 
@@ -35,7 +35,6 @@ HEAD = 4
 """Bytes before the content, which name the encoding; alignment counts from their end."""
 _NAMES = {name.encode(): name for name in MOTION_NAMES}
 _VALUES = ("positions", "velocities", "accelerations")
-_UNSUPPORTED = (*_VALUES[1:], "effort")
 
 
 class Layouts(NamedTuple):
@@ -107,33 +106,25 @@ def impulse_from_bytes(field: str, data: bytes) -> ImpulseRequest:
 
 def programme_from_bytes(field: str, data: bytes) -> ProgrammeRequest:
     """The programme asked by a trajectory_msgs/JointTrajectory, not validated yet."""
+    return ProgrammeRequest(*_trajectory(field, data), field)
+
+
+def trajectory_from_bytes(field: str, data: bytes) -> TrajectoryRequest:
+    """The offset trajectory asked by a trajectory_msgs/JointTrajectory, not validated yet."""
+    return TrajectoryRequest(*_trajectory(field, data), field)
+
+
+def _trajectory(field: str, data: bytes) -> tuple[tuple[str, ...], tuple[PointRequest, ...], int]:
+    """The names, the points and the stamp in ns of a trajectory_msgs/JointTrajectory."""
     layouts = opened(field, data)
     try:
         names, stamp_ns, count, at = _beginning(layouts, field, data)
         points = _regular_points(layouts.order, data, at, len(names), count)
         if len(points) < count:
-            found = _any_points(layouts, field, data, at, count)
-            points = tuple(PointRequest(p.positions, p.after_ns, _extras(p)) for p in found)
+            points = tuple(_any_points(layouts, field, data, at, count))
     except struct.error:
         raise cut_off(field, data) from None
-    return ProgrammeRequest(names, points, stamp_ns, field)
-
-
-def _extras(point: TrajectoryPoint) -> tuple[str, ...]:
-    """What a programme does not support, by its names in the message."""
-    given = point.velocities, point.accelerations, point.has_effort
-    return tuple(name for name, one in zip(_UNSUPPORTED, given, strict=True) if one)
-
-
-def trajectory_from_bytes(field: str, data: bytes) -> TrajectoryRequest:
-    """The offset trajectory asked by a trajectory_msgs/JointTrajectory, not validated yet."""
-    layouts = opened(field, data)
-    try:
-        names, stamp_ns, count, at = _beginning(layouts, field, data)
-        points = tuple(_any_points(layouts, field, data, at, count))
-    except struct.error:
-        raise cut_off(field, data) from None
-    return TrajectoryRequest(names, points, stamp_ns, field)
+    return names, points, stamp_ns
 
 
 # --- parts of a trajectory ------------------------------------------------------------------------
@@ -186,7 +177,7 @@ def _regular_points(
 
 def _any_points(
     layouts: Layouts, field: str, data: bytes, at: int, count: int
-) -> Iterator[TrajectoryPoint]:
+) -> Iterator[PointRequest]:
     for i in range(count):
         values = []
         for name in _VALUES:
@@ -198,7 +189,7 @@ def _any_points(
         sec, nanosec = layouts.duration.unpack_from(data, at)
         at += layouts.duration.size
         after_ns = sec * NS + nanosec
-        yield TrajectoryPoint(positions, velocities, accelerations, bool(effort), after_ns)
+        yield PointRequest(positions, after_ns, velocities, accelerations, bool(effort))
 
 
 def numbers_at(

@@ -54,31 +54,18 @@ def named_numbers_to_msg(values: Mapping[str, float], stamp_ns: int) -> JointSta
 
 
 # --- commands -------------------------------------------------------------------------------------
-def programme_to_msg(request: ProgrammeRequest) -> JointTrajectory:
-    """A programme of platform motions as the message of platform/command."""
-    points = [
-        JointTrajectoryPoint(
-            positions=array("d", point.positions), time_from_start=ns_to_duration(point.after_ns)
-        )
-        for point in request.points
-    ]
+def trajectory_to_msg(request: ProgrammeRequest | TrajectoryRequest) -> JointTrajectory:
+    """A request as the message of platform/command, or of platform/joint_trajectory."""
+    points = [_point(point.after_ns, *point.stated) for point in request.points]
     header = Header(stamp=ns_to_time(request.stamp_ns))
     return JointTrajectory(header=header, joint_names=list(request.names), points=points)
 
 
-def trajectory_to_msg(request: TrajectoryRequest) -> JointTrajectory:
-    """An offset trajectory as the message of platform/joint_trajectory."""
-    points = [
-        JointTrajectoryPoint(
-            positions=array("d", point.positions),
-            velocities=array("d", point.velocities),
-            accelerations=array("d", point.accelerations),
-            time_from_start=ns_to_duration(point.after_ns),
-        )
-        for point in request.points
-    ]
-    header = Header(stamp=ns_to_time(request.stamp_ns))
-    return JointTrajectory(header=header, joint_names=list(request.names), points=points)
+def _point(after_ns: int, *stated: Sequence[float]) -> JointTrajectoryPoint:
+    """A point with positions, and velocities and accelerations where given."""
+    names = ("positions", "velocities", "accelerations")
+    values = {name: array("d", one) for name, one in zip(names, stated, strict=False)}
+    return JointTrajectoryPoint(time_from_start=ns_to_duration(after_ns), **values)
 
 
 def impulse_to_msg(request: ImpulseRequest) -> WrenchStamped:
@@ -133,12 +120,7 @@ def motion_to_msg(
         float(motion.cycles + math.floor(gained)),
         motion.end_ns / NS,
     )
-    points = [
-        JointTrajectoryPoint(positions=array("d", begin)),
-        JointTrajectoryPoint(
-            positions=array("d", end), time_from_start=ns_to_duration(interval_ns)
-        ),
-    ]
+    points = [_point(0, begin), _point(interval_ns, end)]
     header = Header(stamp=ns_to_time(stamp_ns), frame_id=frame)
     return JointTrajectory(header=header, joint_names=list(MOTION_COLUMNS), points=points)
 
@@ -151,15 +133,8 @@ def offset_to_msg(
     lanes = simulation.offset
     first = [segment.at(begin) for segment in simulation.offset_in_force]
     last = first if end is None else [lane.spliced_state(end) for lane in lanes]
-    points = [
-        JointTrajectoryPoint(
-            positions=array("d", [state.position for state in states]),
-            velocities=array("d", [state.velocity for state in states]),
-            accelerations=array("d", [state.acceleration for state in states]),
-            time_from_start=ns_to_duration(after),
-        )
-        for states, after in ((first, 0), (last, 0 if end is None else end - begin))
-    ]
+    after = 0 if end is None else end - begin
+    points = [_point(0, *zip(*first, strict=True)), _point(after, *zip(*last, strict=True))]
     header = Header(stamp=ns_to_time(stamp_ns), frame_id=frame)
     return JointTrajectory(header=header, joint_names=list(OFFSET_JOINTS), points=points)
 

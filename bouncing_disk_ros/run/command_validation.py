@@ -25,11 +25,18 @@ MAX_IMPULSE = 1e12
 
 
 class PointRequest(NamedTuple):
-    """One point as it was asked; `extras` are fields that were given and are not supported."""
+    """One point as it was asked: values for each name, in their order; () where not given."""
 
     positions: tuple[float, ...]
-    after_ns: int  # since the stamp
-    extras: tuple[str, ...] = ()
+    after_ns: int = 0  # since the stamp
+    velocities: tuple[float, ...] = ()
+    accelerations: tuple[float, ...] = ()
+    has_effort: bool = False
+
+    @property
+    def stated(self) -> tuple[tuple[float, ...], ...]:
+        """Positions, velocities and accelerations."""
+        return self.positions, self.velocities, self.accelerations
 
 
 class ProgrammeRequest(NamedTuple):
@@ -93,6 +100,7 @@ def far_ahead(request: Stamped, instant: Instant) -> str:
 _ROWS = {name: TABLE[name] for name in MOTION_NAMES}
 _BOUNDS = {name: row.bounds for name, row in _ROWS.items()}
 _ALLOWED = {name: row.allowed for name, row in _ROWS.items()}
+_UNSUPPORTED = ("velocities", "accelerations", "effort")
 Changes = tuple[Mapping[str, float], ...]
 """What each point of a programme changes: values of the motion by name."""
 
@@ -188,7 +196,7 @@ def _changes(request: ProgrammeRequest) -> Changes:
     bounds = [_BOUNDS[name] for name in names]
     changes = []
     for i, point in enumerate(request.points):
-        if len(point.positions) != len(names) or point.extras:
+        if len(point.positions) != len(names) or any(point[2:]):
             raise _wrong_shape(request, i)
         values = {}
         for name, value, (low, high) in zip(names, point.positions, bounds, strict=True):
@@ -201,11 +209,12 @@ def _changes(request: ProgrammeRequest) -> Changes:
 
 def _wrong_shape(request: ProgrammeRequest, i: int) -> InputError:
     point, field = request.points[i], f"{request.field} points[{i}]"
-    if point.extras:
-        return InputError(f"{field}.{point.extras[0]}", "values", "none",
-                          "A cross-fade needs positions and time_from_start only.")  # fmt: skip
-    given, wanted = f"{len(point.positions)} values", len(request.names)
-    return InputError(f"{field}.positions", given, f"{wanted}, one for each joint name")
+    for name, given in zip(_UNSUPPORTED, point[2:], strict=True):
+        if given:
+            return InputError(f"{field}.{name}", "values", "none",
+                              "A cross-fade needs positions and time_from_start only.")  # fmt: skip
+    count, wanted = f"{len(point.positions)} values", len(request.names)
+    return InputError(f"{field}.positions", count, f"{wanted}, one for each joint name")
 
 
 def _checked_value(request: ProgrammeRequest, i: int, name: str, given: object) -> float:

@@ -20,7 +20,7 @@ from bouncing_disk_ros.errors import InputError, closest
 from bouncing_disk_ros.field_checks import number, out_of_range, plain
 from bouncing_disk_ros.limits import KNOTS_AHEAD
 from bouncing_disk_ros.parameters import TABLE, Value
-from bouncing_disk_ros.run.command_validation import Instant, check_names, too_old
+from bouncing_disk_ros.run.command_validation import Instant, PointRequest, check_names, too_old
 from bouncing_disk_ros.run.time_map import FAR_NS, nanoseconds
 from bouncing_disk_ros.topics import OFFSET_JOINTS
 from bouncing_disk_ros.units import NS
@@ -34,21 +34,11 @@ _RATES = ("", "/s", "/s²")
 _EQUAL = 1e-12  # a first point at once may be off by this (m, rad and per s) or this part
 
 
-class TrajectoryPoint(NamedTuple):
-    """One point as it was asked: values for each joint, in their order; () where not given."""
-
-    positions: tuple[float, ...]
-    velocities: tuple[float, ...] = ()
-    accelerations: tuple[float, ...] = ()
-    has_effort: bool = False
-    after_ns: int = 0  # since the stamp
-
-
 class TrajectoryRequest(NamedTuple):
     """An offset trajectory as it was asked."""
 
     names: tuple[str, ...]
-    points: tuple[TrajectoryPoint, ...]
+    points: tuple[PointRequest, ...]
     stamp_ns: int = 0
     field: str = "platform/joint_trajectory"
 
@@ -71,21 +61,21 @@ def validate_trajectory(request: TrajectoryRequest) -> None:
         _check_point(request, i, point)
 
 
-def _check_point(request: TrajectoryRequest, i: int, point: TrajectoryPoint) -> None:
+def _check_point(request: TrajectoryRequest, i: int, point: PointRequest) -> None:
     field, count = f"{request.field} points[{i}]", len(request.names)
     if point.has_effort:
         raise InputError(f"{field}.effort", "values", "none", "The platform is moved, not pushed.")
-    for name, values in zip(_STATED, point[:3], strict=True):
+    for name, values in zip(_STATED, point.stated, strict=True):
         if len(values) != count and (values or name == "positions"):
             allowed = f"{count}, one for each joint name"
             raise InputError(f"{field}.{name}", f"{len(values)} values", allowed)
     if point.accelerations and not point.velocities:
         raise InputError(f"{field}.accelerations", "values", "none without velocities")
     first = request.points[0]
-    if [bool(values) for values in point[:3]] != [bool(values) for values in first[:3]]:
-        given = ", ".join(n for n, v in zip(_STATED, point[:3], strict=True) if v)
+    if [bool(values) for values in point.stated] != [bool(values) for values in first.stated]:
+        given = ", ".join(n for n, v in zip(_STATED, point.stated, strict=True) if v)
         raise InputError(field, given, "the same kinds of values as points[0]")
-    for stated, rate, limit, values in zip(_STATED, _RATES, _LIMITS, point[:3], strict=False):
+    for stated, rate, limit, values in zip(_STATED, _RATES, _LIMITS, point.stated, strict=False):
         for name, value in zip(request.names, values, strict=False):
             most = float(TABLE[limit].default)
             if not abs(value) <= most:  # so is nan
@@ -94,7 +84,7 @@ def _check_point(request: TrajectoryRequest, i: int, point: TrajectoryPoint) -> 
     _check_time(request, i, point)
 
 
-def _check_time(request: TrajectoryRequest, i: int, point: TrajectoryPoint) -> None:
+def _check_time(request: TrajectoryRequest, i: int, point: PointRequest) -> None:
     field = f"{request.field} points[{i}].time_from_start"
     given = f"{point.after_ns / NS:g} s"
     if i == 0:
@@ -149,7 +139,7 @@ def _knots(
     """The knots of one joint that lie ahead."""
     knots: list[Knot] = []
     for i, point in enumerate(request.points):
-        stated = [values[j] for values in point[:3] if values]
+        stated = [values[j] for values in point.stated if values]
         at = instant.effect(request.stamp_ns, point.after_ns)
         state = OffsetState(*stated)
         if i == 0 and point.after_ns == 0 and at >= begin:
@@ -288,7 +278,7 @@ def trajectory_of(rows: Sequence[tuple[Any, Mapping[str, Any]]]) -> TrajectoryRe
         columns = [tuple(column) for column in zip(*stated, strict=True)]
         positions, velocities, accelerations = [*columns, (), (), ()][:_MOST]
         after = instant(f"{where} time", time)
-        points.append(TrajectoryPoint(positions, velocities, accelerations, after_ns=after))
+        points.append(PointRequest(positions, after, velocities, accelerations))
     return TrajectoryRequest(names, tuple(points), field="trajectory")
 
 

@@ -10,14 +10,12 @@ from numpy.typing import NDArray
 from bouncing_disk_ros.core.model import Disk, InitialState, Motion
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.juggling.juggler import Juggler, OffsetTrajectory
-from bouncing_disk_ros.juggling.live_loop import LiveLoop, LoopOptions
+from bouncing_disk_ros.juggling.live_loop import LiveLoop, LoopOptions, request_of
 from bouncing_disk_ros.juggling.simulated_loop import run_loop
 from bouncing_disk_ros.run.apply_request import apply_request
 from bouncing_disk_ros.run.command_validation import Instant
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.time_map import SIMULATED
-from bouncing_disk_ros.run.trajectory_validation import TrajectoryPoint, TrajectoryRequest
-from bouncing_disk_ros.topics import OFFSET_JOINTS
 
 
 class LocalJuggling(LiveLoop):
@@ -41,7 +39,8 @@ class LocalJuggling(LiveLoop):
         """Send what was answered; InputError where the session's limits forbid it."""
         answers, self._answers = self._answers, []
         for one in answers:
-            apply_request(_request(one), lambda: (session, Instant(session.input_ns, SIMULATED, 0)))
+            request = request_of(one, one.begin_ns)
+            apply_request(request, lambda: (session, Instant(session.input_ns, SIMULATED, 0)))
 
 
 def _load() -> None:
@@ -49,15 +48,3 @@ def _load() -> None:
     motion, disk = Motion(0.039, 0.0, 3.0, 0.0), Disk(1.0, 0.5, 0.0, 1.0, 1.0, 9.81)
     simulation = Simulation(motion, disk, InitialState())
     run_loop(simulation, Juggler("deadbeat", motion, disk), periods=3.0)
-
-
-def _request(answer: OffsetTrajectory) -> TrajectoryRequest:
-    """A trajectory as it is asked for on platform/joint_trajectory."""
-    points = tuple(
-        TrajectoryPoint(
-            (point.position,), (point.velocity,), (point.acceleration,),
-            after_ns=point.at_ns - answer.begin_ns,
-        )
-        for point in answer.points
-    )  # fmt: skip
-    return TrajectoryRequest((OFFSET_JOINTS[0],), points, answer.begin_ns)

@@ -26,7 +26,7 @@ from bouncing_disk_ros.ros.from_messages import time_to_ns
 from bouncing_disk_ros.ros.node_tool import publishing_nodes
 from bouncing_disk_ros.ros.numbered_subscription import WithInfo
 from bouncing_disk_ros.ros.qos import profile_of, publisher_of, subscription_to
-from bouncing_disk_ros.ros.to_messages import impulse_to_msg, programme_to_msg
+from bouncing_disk_ros.ros.to_messages import impulse_to_msg, trajectory_to_msg
 from bouncing_disk_ros.topics import MOTION_NAMES, Qos
 from bouncing_disk_ros.workbench.actions import (
     Action,
@@ -239,7 +239,7 @@ class RosLink(RunLink):
                 ((name, value),) = values.items()
                 self._publishers[name].publish(Float64(data=float(value)))
             case Move():
-                self._command.publish(programme_to_msg(action.request()))
+                self._command.publish(trajectory_to_msg(action.request()))
             case Impulse():
                 self._impulse.publish(impulse_to_msg(action.request()))
             case Set(values):

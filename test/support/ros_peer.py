@@ -18,7 +18,7 @@ from std_srvs.srv import Trigger
 from bouncing_disk_ros.core.model import join_rows
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg, time_to_ns
 from bouncing_disk_ros.ros.qos import publisher_of, subscription_to
-from bouncing_disk_ros.ros.to_messages import programme_to_msg
+from bouncing_disk_ros.ros.to_messages import trajectory_to_msg
 from bouncing_disk_ros.run.command_validation import PointRequest, ProgrammeRequest
 from bouncing_disk_ros.run.input_records import Record, from_json
 from bouncing_disk_ros.topics import TOPICS, Direction
@@ -75,7 +75,7 @@ class Peer(Nodes):
         requests = tuple(
             PointRequest(tuple(values.values()), round(after * 1e9)) for after, values in points
         )
-        msg = programme_to_msg(ProgrammeRequest(names, requests, stamp_ns))
+        msg = trajectory_to_msg(ProgrammeRequest(names, requests, stamp_ns))
         self.publish("platform/command", msg)
 
     def call(self, kind: type[Any], name: str, request: Any = None) -> Any:

@@ -37,7 +37,7 @@ BASE = {
 EXTENSIONS = {
     "motor_study": {"motor_study", "study", "report", "maps", "core"},
     "orbit_studies": {"orbit_studies", "study", "report", "maps", "core"},
-    "juggling": {"juggling", "command_line", "study", "report", "ros", "maps", "core"},
+    "juggling": {"juggling", "command_line", "study", "report", "ros", "run", "maps", "core"},
     "measured": {"measured", "command_line", "report", "run", "maps", "core", "bag"},
     "proof": {"proof", "report", "ros", "run", "core", "bag"},
     "testing": {"testing", "command_line", "nodes", "ros", "run", "core"},

@@ -10,7 +10,8 @@ from std_msgs.msg import Float64
 
 from bouncing_disk_ros.core.schedule import Pending
 from bouncing_disk_ros.limits import INPUTS_AHEAD
-from bouncing_disk_ros.run.trajectory_validation import TrajectoryPoint, TrajectoryRequest
+from bouncing_disk_ros.run.command_validation import PointRequest
+from bouncing_disk_ros.run.trajectory_validation import TrajectoryRequest
 from bouncing_disk_ros.topics import OFFSET_JOINTS
 from bouncing_disk_ros.units import NS
 from support.checks import there
@@ -71,19 +72,19 @@ def test_accepted_commands_are_logged_with_what_is_pending() -> None:
     assert "pending motions are cancelled; pending: 1 impulse(s)" in commanded.lines[-1]
 
 
-def offset(*points: TrajectoryPoint, **fields: Any) -> TrajectoryRequest:
+def offset(*points: PointRequest, **fields: Any) -> TrajectoryRequest:
     return TrajectoryRequest(**{"names": ("platform_axial",), "points": points, **fields})
 
 
 LATER = 10**9
 BEYOND_LIMITS = [
-    (offset(TrajectoryPoint((0.0,), (), (0.0,), after_ns=1)), "without velocities"),
-    (offset(TrajectoryPoint((0.0,), after_ns=0)), "a later point too"),
-    (offset(TrajectoryPoint((0.6,), (0.0,), after_ns=LATER)), "offset_limit"),
-    (offset(TrajectoryPoint((0.4,), (0.0,), after_ns=10**8)), "offset_speed_limit"),
-    (offset(TrajectoryPoint((0.1,), after_ns=LATER)), "a jump of the velocity"),
-    (offset(TrajectoryPoint((0.1,), (0.5,), after_ns=LATER)), "a jump of the velocity"),
-    (offset(TrajectoryPoint((0.0,), after_ns=1), TrajectoryPoint((0.0,), (0.0,), after_ns=LATER)),
+    (offset(PointRequest((0.0,), 1, (), (0.0,))), "without velocities"),
+    (offset(PointRequest((0.0,), 0)), "a later point too"),
+    (offset(PointRequest((0.6,), LATER, (0.0,))), "offset_limit"),
+    (offset(PointRequest((0.4,), 10**8, (0.0,))), "offset_speed_limit"),
+    (offset(PointRequest((0.1,), LATER)), "a jump of the velocity"),
+    (offset(PointRequest((0.1,), LATER, (0.5,))), "a jump of the velocity"),
+    (offset(PointRequest((0.0,), 1), PointRequest((0.0,), LATER, (0.0,))),
      "same kinds of values"),
 ]  # fmt: skip
 
@@ -102,7 +103,7 @@ def test_an_offset_beyond_its_limits_changes_nothing() -> None:
 def test_knots_ahead_are_limited() -> None:
     commanded = CommandedSession()
     now = WALL_NS + 3600 * NS
-    points = [TrajectoryPoint((0.0,), after_ns=t * 10**6) for t in range(1, 1001)]
+    points = [PointRequest((0.0,), t * 10**6) for t in range(1, 1001)]
     accepted = [
         commanded.commands.accept(offset(*points, stamp_ns=now + k * 10**12)) for k in range(20)
     ]
