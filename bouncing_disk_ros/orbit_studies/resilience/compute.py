@@ -79,7 +79,7 @@ class ResilienceStudy(Study):
 
     @property
     def fields(self) -> Mapping[str, Field]:
-        """As in `measures.Resilience`."""
+        """Of each attractor what it is and its measures; of each value the rest of the starts."""
         one = ("value", "attractor")
         unit, period = "m pi g/omega", "2 pi/omega"
         return {
@@ -158,8 +158,8 @@ class ResilienceStudy(Study):
             measured = measure(
                 section, window, int(label), shape["instant"], self._after, self._rule
             )
-            for name, part in _FIELDS_OF.items():
-                arrays[name][0, slot] = getattr(measured, part)
+            for name, of_attractor in measured.items():
+                arrays[name][0, slot] = of_attractor
         arrays["share_in_contact"][0] = np.mean(window.labels.label == IN_CONTACT)
         arrays["unresolved"][0] = np.mean(ends < 0)
         arrays["left_out"][0] = max(0, len(found) - shape["attractor"])
@@ -167,15 +167,12 @@ class ResilienceStudy(Study):
 
     def finish(self, result: xr.Dataset, context: Arrays) -> xr.Dataset:  # noqa: ARG002
         """Give each attractor its number: all fields are then over `line` too, by name line_*."""
-        fields = {name: name for name in ("kind", "impacts", "cycles", "multiplier", *_FIELDS_OF)}
+        fields = {
+            name: name
+            for name, field in self.fields.items()
+            if "attractor" in field.dims and "point" not in field.dims
+        }
         return result.assign(lines_of(result, fields, float(self.parameters["match"])))
 
 
 _ABOUT = {"kind": "kind", "impacts": "impacts", "cycles": "cycles", "multiplier": "multiplier"}
-_FIELDS_OF = {
-    "share": "share", "share_uncertainty": "share_error",
-    "share_without_contact": "share_without_contact", "share_in_time": "share_in_time",
-    "convergence_time": "convergence_time", "median_time": "median_time",
-    "slow_time": "slow_time", "fatal_impulse": "impulses",
-    "least_fatal_impulse": "least_impulses", "fatal_timing_error": "timing_errors",
-}  # fmt: skip

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -19,26 +18,15 @@ from bouncing_disk_ros.orbit_studies.fatal_changes import (
 from bouncing_disk_ros.orbit_studies.orbit_instants import Array, impact_limits, instants_of
 
 
-class Resilience(NamedTuple):
-    """Measures of one attractor."""
-
-    share: float  # of the window
-    share_error: float  # standard error
-    share_without_contact: float  # of starts that reach it and do not come to contact before
-    share_in_time: Array  # (k,) of starts that are on it after so many periods; nan: chaotic
-    convergence_time: float  # time constant near it, periods; 0 with contact; nan: chaotic
-    median_time: float  # of starts of its basin, until it is clear that they are on it, periods
-    slow_time: float  # 95 % of them are faster
-    impulses: Array  # (2, m) fatal impulse at each instant, upwards and downwards, m·πg/ω
-    least_impulses: Array  # (2,) least over all instants and both limits at impacts
-    timing_errors: Array  # (2,) least fatal timing error, late and early, rad
-
-
 def measure(
     section: NextCollisionMap, window: Labelled, label: int, instants: int,
     after: Array, rule: FatalRule,
-) -> Resilience:  # fmt: skip
-    """All measures of one attractor; `after` (k,): numbers of periods of the shares in time."""
+) -> dict[str, float | Array]:  # fmt: skip
+    """All measures of one attractor by the names of the study's fields.
+
+    `after` (k,): numbers of periods of the shares in time. Times are in periods: median and slow
+    time those of starts of its basin until it is clear that they are on it.
+    """
     known = window.known
     attractor = known.found[label]
     own = window.ends() == label
@@ -54,13 +42,18 @@ def measure(
         errors = fatal_timing_errors(section, known, label, rule).min(axis=1)
     else:
         errors = np.full(2, math.nan)
-    return Resilience(
-        *share, float(direct.mean()), _share_in_time(attractor, mine, after, own.size),
-        convergence_time(attractor),
-        float(np.median(mine)) if len(mine) else math.nan,
-        float(np.quantile(mine, 0.95)) if len(mine) else math.nan,
-        sizes, least.min(axis=1), errors,
-    )  # fmt: skip
+    return {
+        "share": share.fraction,
+        "share_uncertainty": share.uncertainty,
+        "share_without_contact": float(direct.mean()),
+        "share_in_time": _share_in_time(attractor, mine, after, own.size),
+        "convergence_time": convergence_time(attractor),
+        "median_time": float(np.median(mine)) if len(mine) else math.nan,
+        "slow_time": float(np.quantile(mine, 0.95)) if len(mine) else math.nan,
+        "fatal_impulse": sizes,
+        "least_fatal_impulse": least.min(axis=1),
+        "fatal_timing_error": errors,
+    }
 
 
 def _share_in_time(attractor: Attractor, times: Array, after: Array, starts: int) -> Array:
