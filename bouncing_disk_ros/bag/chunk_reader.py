@@ -12,7 +12,6 @@ from array import array
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from typing import NamedTuple
 
 import lz4.frame
 import numpy as np
@@ -34,16 +33,6 @@ _AT_ONCE = 8 * PART
 """Chunks up to this size are decompressed in one call, larger ones in parts."""
 _BATCH = 1 << 14
 """Messages whose heads are taken together."""
-
-
-class Stored(NamedTuple):
-    """One message as it is stored."""
-
-    channel: int
-    log_time_ns: int
-    publish_time_ns: int
-    sequence: int
-    data: bytes
 
 
 # --- decompressing --------------------------------------------------------------------------------
@@ -222,8 +211,8 @@ class Inner:
             head = HEAD.pack(Opcode.MESSAGE_INDEX, INDEX_HEAD.size + part.nbytes)
             yield number, head + INDEX_HEAD.pack(number, part.nbytes) + part.tobytes()
 
-    def messages(self, chosen: NDArray[np.intp]) -> Iterator[Stored]:
-        """Those messages, in that order."""
+    def messages(self, chosen: NDArray[np.intp]) -> Iterator[tuple[int, int, int, int, bytes]]:
+        """Those messages, in that order: channel, times of reception and sending, number, data."""
         data, skip = self.data, MESSAGE.size
         for first in range(0, len(chosen), _BATCH):
             part = chosen[first : first + _BATCH]
@@ -233,7 +222,7 @@ class Inner:
             for (channel, sequence, log_time, publish_time), begin, end in zip(
                 self._heads[part].tolist(), begins.tolist(), ends, strict=True
             ):
-                yield Stored(channel, log_time, publish_time, sequence, data[begin:end])
+                yield channel, log_time, publish_time, sequence, data[begin:end]
 
     def definitions(self) -> Iterator[Schema | Channel]:
         """The message types and channels among the records; BagError when damaged."""

@@ -354,10 +354,9 @@ class Bag:
         inner = source.read(chunk)
         low = max(0, start or 0)
         high = min(limits.TIME_NS + 1, limits.TIME_NS + 1 if end is None else max(0, end))
-        for row in inner.messages(inner.chosen(topics, low, high, sort)):
-            yield Message(
-                topics[row.channel], row.log_time_ns, row.publish_time_ns, row.sequence, row.data
-            )
+        chosen = inner.chosen(topics, low, high, sort)
+        for channel, received, sent, sequence, data in inner.messages(chosen):
+            yield Message(topics[channel], received, sent, sequence, data)
 
     def _stored(self, topic: str, start: int | None, end: int | None) -> Iterator[Message]:
         for source, chunk in self._chunks(start, end):
