@@ -125,13 +125,8 @@ class CloudRows:
         self._decode = decode
         self._frame, self._layout = b"", b""  # the bytes that two clouds of one layout share
         self._places = (0, 0)  # of height and of the points; 0: not known
-        self._dtype: np.dtype[np.void] | None = None
+        self.dtype: np.dtype[np.void] | None = None  # of the points; None before the first message
         self._points = bytearray()
-
-    @property
-    def dtype(self) -> np.dtype[np.void] | None:
-        """Layout of the points; None before the first message."""
-        return self._dtype
 
     def add(self, data: bytes) -> int:
         """Take the points of one message; how many they are. BagError when it is damaged."""
@@ -147,8 +142,8 @@ class CloudRows:
             return self._learn(data)
         row_step, length = struct.unpack_from("<II", data, points_at - 8)
         height, width = struct.unpack_from("<II", data, height_at)
-        assert self._dtype is not None
-        step = self._dtype.itemsize
+        assert self.dtype is not None
+        step = self.dtype.itemsize
         fits = 0 <= len(data) - points_at - length <= _END
         if row_step != width * step or length != height * row_step or not fits:
             return self._learn(data)
@@ -161,14 +156,14 @@ class CloudRows:
         if not all(hasattr(cloud, name) for name in _MEMBERS):
             raise BagError("a cloud without the members of PointCloud2: its definition is another")
         dtype, points = cloud_dtype(cloud), cloud.data.tobytes()
-        if self._dtype not in (None, dtype):
+        if self.dtype not in (None, dtype):
             raise BagError("the clouds of this topic have different fields; read them one by one")
         if (
             cloud.row_step != cloud.width * cloud.point_step
             or len(points) != cloud.height * cloud.row_step
         ):
             raise BagError("a cloud with gaps between its rows; read it with `decoded`")
-        self._dtype = dtype
+        self.dtype = dtype
         self._remember(data, points)
         self._points += points
         return int(cloud.width * cloud.height)
@@ -188,9 +183,9 @@ class CloudRows:
 
     def array(self) -> NDArray[np.void]:
         """All points, in the order of the messages; writable, and nobody else's."""
-        if self._dtype is None:
+        if self.dtype is None:
             return np.zeros(0, np.dtype([]))
-        return np.frombuffer(self._points, self._dtype)
+        return np.frombuffer(self._points, self.dtype)
 
     def take(self) -> NDArray[np.void]:
         """The points since the last call, and forget them."""

@@ -58,11 +58,6 @@ class WatchedLoop:
         self._times: deque[float] = deque(maxlen=_MEASURED)
         self._speeds: deque[float] = deque(maxlen=_MEASURED)
 
-    @property
-    def orbit(self) -> Array:
-        """The orbit aimed at, as corrected by what was heard."""
-        return self.watch.orbit
-
     def goes_on(self, heard: MotionInForce, phase: float) -> bool:
         """Whether a motion that begins moves the platform up and down as before."""
         begin, end = heard.start, heard.target
@@ -250,7 +245,7 @@ class LiveLoop:
         loop = self.loop
         if loop is None or not self._turns(loop) or self.strategy == "none":
             return None
-        lag = best_phase_lag(loop.orbit, loop.axial_forcing)
+        lag = best_phase_lag(loop.watch.orbit, loop.axial_forcing)
         if abs(math.remainder(lag - loop.phase_lag, math.tau)) <= _LAG_OFF:
             return None
         loop.phase_lag = lag

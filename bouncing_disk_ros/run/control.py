@@ -84,16 +84,17 @@ class RunControl:
     ) -> None:
         self._name, self._values, self._outlet = name, values, outlet
         self._stopping, self._refuse, self._ros_now = stopping, refuse, ros_now
-        self._times = outlet.times = self._line_through(0, ros_now())
+        self.times = outlet.times = self._line_through(0, ros_now())
+        """The line between steady clock, simulated time and ROS time in force."""
         self.session = Session(values, outlet.record, paused=True)
         self.loop = Loop(self.session, outlet)
         self.answers: Callable[[Session], None] | None = None
         """A controller in this process: asked at each impact, before time goes on."""
         self._steps = Steps()
-        self._step_until: int | None = None  # simulated time at which a step under way ends
+        self.step_until: int | None = None  # in simulated time: end of a step under way
         self._impacts_left = 0  # of that step; 0: it goes by time
         self._fault_told = False
-        self._active = False
+        self.active = False  # whether inputs are accepted, unless a fault has ended the run
         self._waited_ns = 0  # at gates, since the line was set
         self._paused = bool(values["start_paused"])
         self._next_snapshot = 0
@@ -108,34 +109,29 @@ class RunControl:
         factor, clock = float(self._values["real_time_factor"]), bool(self._values["publish_clock"])
         return TimeMap(simulated_ns, time.monotonic_ns(), ros_ns, factor, clock)
 
-    @property
-    def times(self) -> TimeMap:
-        """The line between steady clock, simulated time and ROS time in force."""
-        return self._times
-
     def tick_plan(self, fastest_ns: int, slowest_ns: int) -> TickPlan:
         """When ticks should begin, for a period within bounds; in a free run at any instant."""
-        sample_ns = NS / (float(self._values["state_rate"]) * (self._times.factor or 1.0))
+        sample_ns = NS / (float(self._values["state_rate"]) * (self.times.factor or 1.0))
         period_ns = tick_period(sample_ns, fastest_ns, slowest_ns)
-        if self._times.factor == 0.0:
+        if self.times.factor == 0.0:
             return TickPlan(period_ns)
-        due_ns = self._times.to_steady(self.loop.next_sample_ns)
+        due_ns = self.times.to_steady(self.loop.next_sample_ns)
         return TickPlan(period_ns, min(float(period_ns), sample_ns), due_ns)
 
     def anchor(self) -> None:
         """Fix the line between steady clock, simulated time and ROS time here and now."""
         simulated = self.session.time_ns
-        published = self._times.clock_is_simulated
-        ros = self._times.to_ros(simulated) if published else self._ros_now()
-        self._times = self._outlet.times = self._line_through(simulated, ros)
+        published = self.times.clock_is_simulated
+        ros = self.times.to_ros(simulated) if published else self._ros_now()
+        self.times = self._outlet.times = self._line_through(simulated, ros)
         self._waited_ns = 0
 
     def _update_paused(self) -> None:
-        session, paused = self.session, self._paused or not self._active
+        session, paused = self.session, self._paused or not self.active
         if session.paused and not paused:
             self.anchor()
             self._next_snapshot = self._snapshot_clock + self._snapshot_ns
-        self._step_until = None
+        self.step_until = None
         session.set_paused(paused)
         self.publish_consequences()
 
@@ -150,7 +146,7 @@ class RunControl:
 
     def set_active(self, active: bool) -> None:
         """The node has been activated or deactivated (which holds the state)."""
-        self._active = active
+        self.active = active
         self._update_paused()
 
     def tick(self, now_ns: int) -> bool:
@@ -160,18 +156,18 @@ class RunControl:
         """
         done = False
         if self.loop.resolve_waiting() and not self.session.paused:
-            free = self._times.factor == 0.0
-            done = self._slice_to_gate(FAR_NS if free else self._times.due(now_ns))
+            free = self.times.factor == 0.0
+            done = self._slice_to_gate(FAR_NS if free else self.times.due(now_ns))
             # with gates by simulated time: a record must not depend on the machine
             clock = now_ns if self.gates is None else self.session.time_ns
             halted = self.gates is None or self.gates.is_closed
             if clock >= self._next_snapshot and halted and not self.session.fault:
                 self._next_snapshot = clock + self._snapshot_ns
                 self.session.snapshot()
-        elif self._step_until is None:
+        elif self.step_until is None:
             done = True
-        elif self._slice_step(self._step_until):
-            self._step_until, done = None, True
+        elif self._slice_step(self.step_until):
+            self.step_until, done = None, True
         if self.gates is not None:
             self.gates.watch(time.monotonic_ns())
         self._publish_work()
@@ -294,15 +290,15 @@ class RunControl:
         lag_ns = self._lag_ns(now)
         self._waited_ns = min(self._waited_ns + gates.waited_ns(now), lag_ns)
         if lag_ns >= LAG_WARN * NS:
-            steady_ns = self._times.steady_ns + self._waited_ns
-            self._times, self._waited_ns = replace(self._times, steady_ns=steady_ns), 0
+            steady_ns = self.times.steady_ns + self._waited_ns
+            self.times, self._waited_ns = replace(self.times, steady_ns=steady_ns), 0
 
     def _lag_ns(self, now_ns: int) -> int:
         """How far simulated time is behind its due time, ns of the wall clock."""
-        factor = self._times.factor
+        factor = self.times.factor
         if self.session.paused or factor == 0.0:
             return 0
-        return max(0, scaled(self._times.due(now_ns) - self.session.time_ns, 1.0 / factor))
+        return max(0, scaled(self.times.due(now_ns) - self.session.time_ns, 1.0 / factor))
 
     def publish_state(self) -> None:
         """Publish motion, phase and clock as they are now."""
@@ -318,12 +314,12 @@ class RunControl:
     # --- inputs -----------------------------------------------------------------------------------
     def arrival(self, field: str) -> tuple[Session, Instant]:
         """The session and the instant at which an input arrives; InputError unless active."""
-        if not self._active:
+        if not self.active:
             raise inactive(self._name, field, "inactive")
         if self.session.fault:
             raise ended(self._name, field)
         self.loop.finish_samples()
-        session, times = self.session, self._times
+        session, times = self.session, self.times
         if session.paused and not times.clock_is_simulated and self.gates is None:
             # real time passes, simulated time stands
             times = replace(times, simulated_ns=session.time_ns, ros_ns=self._ros_now())
@@ -359,19 +355,9 @@ class RunControl:
         return ("paused" if paused else "running") + self._at
 
     @property
-    def active(self) -> bool:
-        """Whether inputs are accepted, unless a fault has ended the run."""
-        return self._active
-
-    @property
-    def step_until(self) -> int | None:
-        """The simulated time at which a step under way ends; None: none is under way."""
-        return self._step_until
-
-    @property
     def stepping(self) -> bool:
         """Whether a step is under way."""
-        return self._step_until is not None and not self.session.fault
+        return self.step_until is not None and not self.session.fault
 
     @property
     def stamp_ns(self) -> int:
@@ -386,17 +372,17 @@ class RunControl:
         """
         session, _ = self.arrival("~/step")
         end, what = self._steps.end(session, self._values, times)
-        self._step_until = None
+        self.step_until = None
         self._impacts_left = times if self._values["step_until"] == "impact" else 0
         deadline = time.monotonic_ns() + STEP_NS
         while not self._slice_step(end) and not session.fault:
             if time.monotonic_ns() >= deadline or self._waits_at_gate:
-                self._step_until = end
+                self.step_until = end
                 break
         self._publish_work()
         if session.fault:
             raise ended(self._name, "~/step")
-        if self._step_until is None:
+        if self.step_until is None:
             return f"{what}, now{self._at}"
         until = "" if end == FAR_NS else f", until {end / NS:.9f} s"
         return f"{what} under way, now{self._at}{until}; pause again to end it here"
@@ -404,7 +390,7 @@ class RunControl:
     def reset(self) -> str:
         """Back to the initial state and motion; paused stays paused."""
         session, _ = self.arrival("~/reset")
-        self._step_until = None
+        self.step_until = None
         session.reset()
         self.loop.restart_speed()
         if not session.paused:
@@ -428,9 +414,9 @@ class RunControl:
     def _state(self) -> str:
         if self.session.fault:
             return "ended by a fault"
-        if self._step_until is not None:
+        if self.step_until is not None:
             return "stepping"
-        return "inactive" if not self._active else "paused" if self.session.paused else "running"
+        return "inactive" if not self.active else "paused" if self.session.paused else "running"
 
     @property
     def summary(self) -> str:
@@ -442,7 +428,7 @@ class RunControl:
     @property
     def simulated_stamp_ns(self) -> int | None:
         """The time of /clock now; None where time is not simulated."""
-        times = self._times
+        times = self.times
         return times.to_ros(self.session.time_ns) if times.clock_is_simulated else None
 
     def read(self) -> Reading:
@@ -458,7 +444,7 @@ class RunControl:
             accepted=session.accepted,
             energy=None if session.fault else session.checked_energy(),
             state=self._state,
-            factor=self._times.factor,
+            factor=self.times.factor,
             other_publishers=0,
             fault=session.fault,
             pending=session.pending,

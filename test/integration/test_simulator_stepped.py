@@ -42,7 +42,7 @@ def test_a_fade_over_many_decades_leaves_the_node_answering(make: Make) -> None:
     simulator.command(frequency=40_000.0)
     run.pause(False)
     for k in range(1, 200):  # each tick is a slice of bounded work
-        run.tick(k * 50_000_000 + run._times.steady_ns)
+        run.tick(k * 50_000_000 + run.times.steady_ns)
     assert run.session.time_ns > NS
     assert run.session.fault == ""
     run.pause(True)
