@@ -201,29 +201,25 @@ class _Tracer:
         points = [*points[:-1:apart], points[-1]]
         for kind, function in self._tests().items():
             values = [function(p) for p in points]
-            for a, va, vb in zip(points, values, values[1:], strict=False):
-                if not va * vb < 0.0:
-                    continue
-                if (place := self._located(a, points, function, va, vb)) is not None:
+            for (a, va), (b, vb) in itertools.pairwise(zip(points, values, strict=True)):
+                place = self._located(function, a, va, b, vb) if va * vb < 0.0 else None
+                if place is not None:
                     found.append(SpecialPoint(kind, *self.system.parameters(place.unknowns)))
         return found
 
     def _located(
-        self, a: Point, points: list[Point], function: Callable[[Point], float],
-        va: float, vb: float,
-    ) -> Point | None:  # fmt: skip
-        """The point between `a` and the next one where a function is 0."""
-        b = next(after for before, after in itertools.pairwise(points) if before is a)
+        self, function: Callable[[Point], float], a: Point, va: float, b: Point, vb: float
+    ) -> Point | None:
+        """The point between two others where a function, of other signs there, is 0."""
         length = float(a.tangent @ (b.unknowns - a.unknowns))
-        missed = False
+        sign, missed = math.copysign(1.0, va), False
 
         def value(s: float) -> float:
             nonlocal missed
             point = stepped(self.system, a, s)
             missed = missed or point is None
-            return math.nan if point is None else math.copysign(1.0, va) * function(point)
+            return math.nan if point is None else sign * function(point)
 
-        sign = math.copysign(1.0, va)
         va, vb = max(min(va, 1e3), -1e3), max(min(vb, 1e3), -1e3)
         root = root_between(value, 0.0, sign * va, length, sign * vb)
         point = stepped(self.system, a, root)
