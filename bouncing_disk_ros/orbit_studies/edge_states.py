@@ -19,7 +19,7 @@ from bouncing_disk_ros.angles import wrap_to_pi
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractors import SAME, Attractors, distance
 from bouncing_disk_ros.maps.axial_iteration import iterate_forwards
-from bouncing_disk_ros.maps.basin_labels import LabelRule, label_starts
+from bouncing_disk_ros.maps.basin_labels import label_starts
 from bouncing_disk_ros.maps.basin_measures import UNRESOLVED
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
 from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, periodic_orbit
@@ -76,7 +76,7 @@ def edge_state(
 
 def _labels(section: NextCollisionMap, known: Attractors, states: Array) -> NDArray[np.int32]:
     tau, w = states.T.copy()
-    return label_starts(known, section, tau % math.tau, np.minimum(w, -1e-300), LabelRule()).label
+    return label_starts(known, section, tau % math.tau, np.minimum(w, -1e-300)).label
 
 
 def _together(section: NextCollisionMap, known: Attractors, pair: Array, own: int) -> Array:

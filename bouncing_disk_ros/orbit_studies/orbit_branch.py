@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit
+from bouncing_disk_ros.maps.periodic_orbit import PeriodicOrbit, followed
 from bouncing_disk_ros.orbit_studies.arclength import Point, continued, corrected, tangent_at
 from bouncing_disk_ros.orbit_studies.orbit_curves import (
     LARGEST_STEP,
@@ -104,21 +104,10 @@ def _lies_on(start: Start, curve: Curve, largest_step: float) -> bool:
     return bool(far[nearest] < LARGEST_STEP and min(apart) < 3.0 * max(LARGEST_STEP, largest_step))
 
 
-def impact_times(orbit: PeriodicOrbit) -> Array:
-    """Times (n,) of the impacts of one repetition, rad, growing; the first is its phase."""
-    times = orbit.forcing_phase.astype(float).copy()
-    for i in range(1, len(times)):
-        state = orbit.forcing_phase[i - 1], orbit.axial_impact_velocity[i - 1]
-        delay = float(orbit.map.orbit(orbit.state._replace(
-            forcing_phase=float(state[0]), axial_impact_velocity=float(state[1])), 1
-        ).delay[0])  # fmt: skip
-        times[i] = times[i - 1] + delay
-    return times
-
-
 def starts_of(orbit: PeriodicOrbit, window: Window) -> Iterator[Start]:
     """Special solutions on the branches of an orbit along Γ and along ε, to both sides."""
-    times = impact_times(orbit)
+    states, _, _ = followed(orbit.map, *orbit.state[:2], orbit.impacts)
+    times = np.cumsum([states[0, 0], *states[1:-1, 2]])  # of the impacts of one repetition, rad
     own = orbit.map.axial_parameters
     for axis in PARAMETERS:
         index = PARAMETERS.index(axis)
