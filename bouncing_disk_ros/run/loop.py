@@ -54,12 +54,11 @@ class Loop:
         self._left = MAX_SAMPLES  # samples that may still be handed over
         self._sink = sink
         self._clock = clock
-        self._speed_from: Sample | None = None
         # a session that starts hands over its first state too
         after = session.time_ns if session.time_ns > 0 else -1
         self._states, self._speeds = self._grids(after)
-        self._advance_past_samples()
         self.restart_speed()
+        self._advance_past_samples()
 
     def set_rates(self) -> None:
         """Take over the rates in the session's parameters."""
@@ -136,7 +135,7 @@ class Loop:
     def _horizon(self) -> int:
         """Where the next call of the core may end: a grid instant, or far on past the limit."""
         if self._left > 0:
-            return min(self._states.next_ns, self._speeds.next_ns)
+            return self.next_output_ns
         return self.session.time_ns + round(MAX_SAMPLES * NS / self._states.rate)
 
     def _advance_past_samples(self) -> bool:
@@ -150,7 +149,7 @@ class Loop:
             self._sink.sample(sample)
             self._states.advance()
         if due_speed:
-            if self._speed_from is not None and self._speed_from.time_ns < now:
+            if self._speed_from.time_ns < now:
                 self._sink.speed(self._speed_from, sample)
             self._speed_from = sample
             self._speeds.advance()
@@ -158,9 +157,8 @@ class Loop:
 
     def finish_samples(self) -> None:
         """Hand over a sample due at the very instant reached; to be called before each input."""
+        self._advance_past_samples()
         now = self.session.time_ns
-        if self._states.next_ns <= now or self._speeds.next_ns <= now:
-            self._advance_past_samples()
         self.skipped += self._states.skip_past(now)
         self._speeds.skip_past(now)
 

@@ -179,7 +179,7 @@ class Session:
         while self._waiting:
             first = self._waiting[0]
             if self._input_ns is None:  # samples at the instant reached are out: one ns later
-                self._input_ns = self.time_ns if self.paused else self.time_ns + 1
+                self._input_ns = self.input_ns
             if self.advance(self._input_ns, max_events) or not self._settle(first, max_events):
                 return False
             self._waiting.pop(0)

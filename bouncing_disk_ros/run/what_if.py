@@ -90,19 +90,15 @@ class _Track:
 
     def trace(self) -> Trace:
         motion, end = self.simulation.motion_in_force, self.simulation.sample()
-        steady = motion.begin_ns == motion.end_ns
+        begin, steady = self.speed_from, motion.begin_ns == motion.end_ns
         return Trace(
             self.impacts,
             self._rows.rows,
             np.array([tuple(sample) for sample in self.samples], SAMPLE_DTYPE),
             np.array([tuple(sample) for sample in self.detail], SAMPLE_DTYPE),
-            _mean_speed(self.speed_from, end),
+            begin.mean_speeds(end)[1] if end.time_ns > begin.time_ns else math.nan,
             motion.begin_ns / NS if steady else math.inf,
         )
-
-
-def _mean_speed(first: Sample, last: Sample) -> float:
-    return first.mean_speeds(last)[1] if last.time_ns > first.time_ns else math.nan
 
 
 class Pair:
@@ -130,7 +126,7 @@ class Pair:
     def _go(self, goal: int) -> None:
         """Bring both to an instant with no sample due before it."""
         before = [] if self._parting else [run.snapshot() for run in (self.first, self.second)]
-        rows = [self._to(run, goal) for run in (self.first, self.second)]
+        rows = [join_rows(advance_to(run, goal)) for run in (self.first, self.second)]
         for track, some in zip(self._tracks, rows, strict=True):
             track.keep(some)
         if self._parting is None:
@@ -139,9 +135,6 @@ class Pair:
                 self._look_closely(before, goal)
         self.time_ns = goal
         self._sample()
-
-    def _to(self, run: Simulation, until_ns: int) -> Rows:
-        return join_rows(advance_to(run, until_ns))
 
     def _sample(self) -> None:
         """Take the samples that are due."""
@@ -193,7 +186,7 @@ class Pair:
         for track, state in zip(self._tracks, before, strict=True):
             run, at = Simulation.restore(state), self._close_next
             while at < min(now_ns, self._close_end):
-                self._to(run, at)
+                advance_to(run, at)
                 track.detail.append(run.sample())
                 at += self._close_step
         self._close_next = at if at <= self._close_end else 0
