@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.basin_study import basins
+from bench.cluster import basins
 from bench.table import Aim, Row, row
 from bench.turns import in_process
 from bouncing_disk_ros.study import run

@@ -14,11 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from bench.basin_study import basins
 from bench.table import Row, row
 from bench.turns import elapsed
-from bouncing_disk_ros.study import Region, open_result, run
-from bouncing_disk_ros.study.basins.compute import Basins
+from bouncing_disk_ros.study import Region, Study, named, open_result, run
 from bouncing_disk_ros.study.store import Store
 
 PART = "cluster"
@@ -30,6 +28,11 @@ TILES = 32  # computed of each map, at random places
 WORKERS = (10, 100, 1000)
 MEASURED_SIDE = 4000  # of the map whose measures are timed, and that processes compute
 PROCESSES = (4, 8)
+
+
+def basins(side: int, axial_forcing: float = 0.45) -> Study:
+    """The study of a square map, all else by default."""
+    return named("basins", width=side, height=side, axial_forcing=axial_forcing)
 
 
 def measure() -> tuple[list[Row], list[str]]:
@@ -69,7 +72,7 @@ def _simulated(where: str, busy: list[float], serial: float, workers: int) -> li
     ]
 
 
-def _seconds_to_compute(study: Basins) -> list[float]:
+def _seconds_to_compute(study: Study) -> list[float]:
     """For a region each, from tiles over the map."""
     context = basins(2048, float(study.parameters["axial_forcing"])).context()
     rng = np.random.default_rng(11)
@@ -130,7 +133,7 @@ def _processes() -> list[Row]:
     study, cores = basins(MEASURED_SIDE), len(os.sched_getaffinity(0))
     what = f"basin {MEASURED_SIDE} × {MEASURED_SIDE}, Γ = 0.45, stored"
 
-    def stored(which: Basins, **executor: Any) -> float:
+    def stored(which: Study, **executor: Any) -> float:
         with tempfile.TemporaryDirectory() as folder:
             return elapsed(lambda: run(which, Path(folder, "r"), **executor))
 

@@ -10,18 +10,17 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from bench import cluster
-from bench.basin_study import basins
+from bench.cluster import basins
 from bench.table import Aim, Row, row
 from bench.turns import elapsed, in_process
-from bouncing_disk_ros.study import run
-from bouncing_disk_ros.study.basins.compute import Basins
+from bouncing_disk_ros.study import Study, run
 
 PART = "studies"
 ROUNDS = 5
 LARGE = 4000
 MEMORY = """
 import sys
-from bench.basin_study import basins
+from bench.cluster import basins
 from bench.studies import memory
 from bouncing_disk_ros.study import run
 run(basins(200), sys.argv[1] + "/small")
@@ -43,7 +42,7 @@ def measure() -> tuple[list[Row], list[str]]:
     return [*_cores(), _memory(), *rows], notes
 
 
-def _stored(study: Basins, workers: int) -> float:
+def _stored(study: Study, workers: int) -> float:
     with tempfile.TemporaryDirectory() as folder:
         return elapsed(lambda: run(study, Path(folder, "r"), workers=workers))
 
@@ -65,7 +64,7 @@ def _pin(processors: set[int]) -> None:
             os.sched_setaffinity(int(thread.name), processors)
 
 
-def _stored_on(study: Basins, cores: int) -> float:
+def _stored_on(study: Study, cores: int) -> float:
     with on_cores(cores):
         return _stored(study, cores)
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from bouncing_disk_ros.bag.notes import signed
-from support.coverage import in_soak
+from reference.cases import in_soak
 from support.hostile import CORPUS, content, forgeries, put
 from support.hostile.base import NOTES
 from support.hostile.floods import FLOODS, flood

@@ -26,7 +26,7 @@ from bouncing_disk_ros.juggling.loop_verdict import Outcome
 from bouncing_disk_ros.juggling.simulated_loop import run_loop
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg
 from bouncing_disk_ros.ros.to_messages import impacts_to_msg
-from support.coverage import in_soak
+from reference.cases import in_soak
 from support.juggle_loops import (
     DISK,
     FREQUENCY,

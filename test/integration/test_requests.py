@@ -35,8 +35,7 @@ import bouncing_disk_ros
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.limits import REQUEST_ITEMS, REQUEST_TEXT
 from bouncing_disk_ros.ros.requests import guard_services
-from reference.cases import FIRST, examples
-from support.coverage import in_soak
+from reference.cases import FIRST, examples, in_soak
 from support.processes import PATIENCE, Process, Starter
 from support.ros import Nodes
 from support.ros_peer import Peer

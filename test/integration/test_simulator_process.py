@@ -14,7 +14,7 @@ from std_srvs.srv import SetBool, Trigger
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.simulator.simulator_node import SimulatorNode
 from bouncing_disk_ros.ros.from_messages import time_to_ns
-from support.coverage import in_soak
+from reference.cases import in_soak
 from support.processes import Process, Starter, any_ends, ends
 from support.ros_peer import Peer
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import shutil
 import signal
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -17,7 +16,7 @@ from std_msgs.msg import String
 
 from bouncing_disk_ros import bag
 from support.bags import TYPES, Sent, make, messages
-from support.processes import PATIENCE, Starter, environment, wait_until
+from support.processes import Starter, finished, wait_until
 from support.ros import wait_for_message
 from support.ros_peer import Talker
 
@@ -26,19 +25,15 @@ pytestmark = pytest.mark.interop
 
 def ros2_bag(*arguments: str) -> str:
     """Run `ros2 bag arguments`; all it printed."""
-    done = subprocess.run(
-        ["ros2", "bag", *arguments], env=environment(), stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT, text=True, timeout=PATIENCE,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout
-    return done.stdout
+    done = finished("ros2", "bag", *arguments)
+    return done.stdout + done.stderr
 
 
 @pytest.fixture(scope="module", autouse=True)
 def _needs_the_command(ros_domain: int) -> None:
     if shutil.which("ros2") is None:
         pytest.skip("no `ros2` on the PATH: source a ROS 2 installation first")
-    done = subprocess.run(["ros2", "bag", "list", "storage"], capture_output=True, text=True)
+    done = finished("ros2", "bag", "list", "storage", code=None)
     if done.returncode or "mcap" not in done.stdout:
         pytest.skip("no `ros2 bag` with MCAP: apt install ros-jazzy-ros2bag and -storage-mcap")
 

@@ -12,8 +12,8 @@ import pytest
 from bouncing_disk_ros.core.model import Disk, ImpactKind, InitialState, Motion, Phase, join_rows
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.units import NS
+from reference.cases import in_soak
 from reference.corner_scripts import DISK, GRIP, START, STILL, G, forced
-from support.coverage import in_soak
 
 CONTACT = (Phase.STICKING, Phase.SLIDING)
 

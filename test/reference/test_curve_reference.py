@@ -16,7 +16,7 @@ from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from bouncing_disk_ros.orbit_studies.orbit_branch import orbit_curve
 from bouncing_disk_ros.orbit_studies.orbit_curves import Window
 from bouncing_disk_ros.orbit_studies.orbit_equations import CurveKind
-from support.coverage import in_soak
+from reference.cases import in_soak
 
 DIGITS = 40
 STEP = mpf("1e-12")  # of a central difference: its error is about 1e-24

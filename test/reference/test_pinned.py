@@ -21,7 +21,7 @@ from numba import njit
 
 from bouncing_disk_ros.maps.lanes.lane_basics import fused
 from reference import pinned_maps, pinned_results, pinned_simulations
-from support.coverage import in_soak
+from reference.cases import in_soak
 from support.digest import Digest, differences, digest_of
 from support.pinned_draws import PinnedRun
 

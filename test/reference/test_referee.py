@@ -9,8 +9,7 @@ from __future__ import annotations
 import itertools
 from collections import Counter
 
-from reference.cases import FIRST, examples
-from support.coverage import in_soak
+from reference.cases import FIRST, examples, in_soak
 from support.referee import FLIGHTS, GIVEN_UP, prove_run, prove_runs
 
 MANY_FLIGHTS = examples(1_000, 1_000_000)

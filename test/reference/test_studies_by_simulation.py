@@ -20,9 +20,8 @@ import xarray as xr
 from bouncing_disk_ros.core.model import Disk, Energy, ImpactKind, InitialState, Motion, Phase
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.errors import InputError
-from reference.cases import examples
+from reference.cases import examples, in_soak
 from support import studied
-from support.coverage import in_soak
 from support.studied import Options, computed
 
 EVENTS = 20_000

@@ -38,8 +38,8 @@ from bouncing_disk_ros.field_checks import plain
 from bouncing_disk_ros.parameters import TABLE, listed_text
 from bouncing_disk_ros.study import Arrays, Study, named
 from bouncing_disk_ros.study.by_name import definition_of
+from reference.cases import in_soak
 from support.checks import refused, there
-from support.coverage import in_soak
 from support.impact_sounds import drop_times, sound_of
 from support.studies import SMALLEST
 

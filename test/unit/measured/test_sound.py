@@ -16,7 +16,7 @@ from bouncing_disk_ros.measured import impact_times as executable
 from bouncing_disk_ros.measured.filters import filtered, highest, spectra
 from bouncing_disk_ros.measured.picture import tables_of
 from bouncing_disk_ros.measured.sound import ImpactSound
-from support.coverage import in_soak
+from reference.cases import in_soak
 from support.impact_sounds import Array, Sound, drop_times, random_drop, sound_of
 from support.recorded_drops import noiseless_drop, random_recording, voice
 from support.struck_plates import random_plate

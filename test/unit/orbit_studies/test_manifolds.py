@@ -31,9 +31,8 @@ from bouncing_disk_ros.orbit_studies.manifold_growth import (
     saddle_manifolds,
     sides,
 )
-from reference.cases import examples
+from reference.cases import examples, in_soak
 from support.checks import refused
-from support.coverage import in_soak
 
 SHARES = {
     (0.34, 0.5): 0.11642, (0.45, 0.5): 0.34721, (0.6, 0.3): 0.249428, (0.65, 0.3): 0.330325,

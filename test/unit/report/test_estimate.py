@@ -23,7 +23,7 @@ from bouncing_disk_ros.report.estimate import (
 )
 from bouncing_disk_ros.report.orbit import orbit_of
 from bouncing_disk_ros.run.session import motion_of
-from support.coverage import covers, in_soak
+from reference.cases import covers, in_soak
 
 Rows = NDArray[np.void]
 

@@ -34,7 +34,7 @@ from bouncing_disk_ros.report.spans import Segment, known
 from bouncing_disk_ros.run.input_replay import apply, restored
 from bouncing_disk_ros.run.session import Session
 from bouncing_disk_ros.run.trajectory_validation import Splice
-from support.coverage import in_soak
+from reference.cases import in_soak
 from support.recorded import NS, START_NS, RecordedRun, Sent
 
 TOPICS = ("disk/inputs", "platform/motion", "platform/offset", "joint_states", "disk/rotor_speed",

@@ -19,7 +19,7 @@ from bouncing_disk_ros.report.estimate import (
     lower_bound,
     ratio_of,
 )
-from support.coverage import covers, in_soak
+from reference.cases import covers, in_soak
 
 Noise = Callable[[np.random.Generator, int], NDArray[np.float64]]
 NOISES: dict[str, Noise] = {

@@ -23,8 +23,8 @@ from bouncing_disk_ros.report.steady_speed import (
 from bouncing_disk_ros.report.time_curves import Curve, fit, interval
 from bouncing_disk_ros.report.transient import Transient, TransientKind, transient_of
 from bouncing_disk_ros.run.session import motion_of
+from reference.cases import covers, in_soak
 from support.checks import there
-from support.coverage import covers, in_soak
 
 T = np.linspace(5.0, 15.0, 400)
 APPROACH = 20.0 - 5.0 * np.exp(-(T - 5.0) / 1.7)

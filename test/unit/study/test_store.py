@@ -26,9 +26,8 @@ from bouncing_disk_ros.study import Arrays, Study, open_result, run
 from bouncing_disk_ros.study.lock import exclusive_lock, token_of
 from bouncing_disk_ros.study.store import DIGEST, REGIONS, metadata_digest, metadata_nodes
 from bouncing_disk_ros.study.stored_array import stored_array
-from reference.cases import FIRST, examples
+from reference.cases import FIRST, examples, in_soak
 from support.checks import refused, there
-from support.coverage import in_soak
 from support.studies import VALUES, Products, Sums
 
 Change = Callable[[Path], object]
