@@ -27,7 +27,7 @@ from bouncing_disk_ros.executables import STUDIES as _STUDIES
 from bouncing_disk_ros.kernel_cache import use_numba_cache as _use_numba_cache
 from bouncing_disk_ros.public_names import PublicNames as _PublicNames
 
-_use_numba_cache()  # before anything here imports numba, which reads the setting once
+_use_numba_cache()  # before a kernel is compiled or loaded
 
 
 @functools.cache

@@ -188,8 +188,10 @@ def share_compiled_kernels() -> bool:
     clone would compile for itself. Our folder is named by the digest of the sources: within it the
     place in the package is enough. False where this numba has other classes for it.
     """
-    from numba.core import caching
+    from numba.core import caching, config
 
+    # where numba was imported first, it has not read the folder
+    config.CACHE_DIR = config.CACHE_DIR or os.environ.get("NUMBA_CACHE_DIR", "")
     implementation = getattr(caching, "CacheImpl", None) or getattr(caching, "_CacheImpl", None)
     standard = getattr(caching, "UserProvidedCacheLocator", None) or getattr(
         caching, "_UserProvidedCacheLocator", None

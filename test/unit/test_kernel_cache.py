@@ -188,7 +188,7 @@ def test_kernels_are_compiled_and_announced_once_for_all_installations_of_the_sa
     clean.delenv("NUMBA_CACHE_DIR", raising=False)
     program = tmp_path / "two_kernels.py"
     program.write_text(
-        "from bouncing_disk_ros import kernel_cache\n"  # sets the folder, which numba reads once
+        "from bouncing_disk_ros import kernel_cache\n"  # sets the folder
         "kernel_cache.announce_compilation('tool')\n"
         "from numba import float64\n"
         "from numba.core import event\n"
@@ -215,6 +215,25 @@ def test_kernels_are_compiled_and_announced_once_for_all_installations_of_the_sa
     kernel = "core.arithmetic.sine_and_cosine"
     assert told == f"tool: compiling kernels, each once on this machine; first {kernel}\n"
     assert others == [(0, "")]
+
+
+def test_kernels_are_filed_by_their_sources_where_numba_was_imported_first(
+    clean: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Beside its source numba would file a kernel without regard to what it calls."""
+    clean.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    clean.delenv("NUMBA_CACHE_DIR", raising=False)
+    program = (
+        "import numba\n"
+        "from bouncing_disk_ros.core.arithmetic import sine_and_cosine\n"
+        "print(sine_and_cosine._cache.cache_path)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=True,
+        env={**os.environ, "PYTHONPATH": str(Path(kernel_cache.__file__).parents[1])},
+    )  # fmt: skip
+    folder = there(kernel_cache.numba_cache_directory())
+    assert done.stdout.strip() == str(folder / "bouncing_disk_ros" / "core")
 
 
 ONE_KERNEL = """\
