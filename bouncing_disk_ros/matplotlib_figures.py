@@ -107,6 +107,12 @@ def pixel_frame(across: NDArray[np.float64], up: NDArray[np.float64]) -> dict[st
     }  # fmt: skip
 
 
+def map_frame(field: Any) -> dict[str, Any]:
+    """How an array of a study over two axes is drawn: arguments of imshow."""
+    up, across = field.dims
+    return pixel_frame(field[across].values, field[up].values)
+
+
 def typeset(text: str) -> str:
     """A text as it is printed: indices of symbols below the line, and minus signs."""
     indexed = INDEXED.sub(lambda m: f"${m[1]}_{{\\mathrm{{{m[2] or m[3]}}}}}$", text)

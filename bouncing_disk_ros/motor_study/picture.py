@@ -21,6 +21,7 @@ from bouncing_disk_ros.matplotlib_figures import (
     MOST_PIXELS,
     about_zero,
     cut_at_zero,
+    map_frame,
     name_axis,
     name_lines,
     new_figure,
@@ -64,7 +65,7 @@ def _draw(
     about = result[field].attrs
     axes.set_facecolor("#e8e8e8")
     shown = np.ma.masked_invalid(values)
-    drawn = axes.imshow(shown, **scale, **_frame(result))
+    drawn = axes.imshow(shown, **scale, **map_frame(result["kind"]))
     unit = "" if about["units"] == "1" else f"{about['units']}; "
     figure.colorbar(drawn, ax=axes, label=f"{unit}grey: none")
     axes.set_title(about["long_name"], fontsize=10)
@@ -74,7 +75,9 @@ def _draw_kinds(axes: Any, result: xr.Dataset) -> None:
     found = downsample(result["kind"], MOST_PIXELS)
     edges = [number - 0.5 for number in _IN_ORDER] + [_IN_ORDER[-1] + 0.5]
     colors = ListedColormap([KIND_COLORS[number] for number in _IN_ORDER])
-    axes.imshow(found, cmap=colors, norm=BoundaryNorm(edges, len(_IN_ORDER)), **_frame(result))
+    axes.imshow(
+        found, cmap=colors, norm=BoundaryNorm(edges, len(_IN_ORDER)), **map_frame(result["kind"])
+    )
     names = kinds_of(result)
     handles = [
         Patch(facecolor=KIND_COLORS[number], edgecolor=BLACK, linewidth=0.5, label=names[number])
@@ -91,12 +94,6 @@ def kinds_of(result: xr.Dataset) -> dict[int, str]:
     numbers = np.atleast_1d(about["flag_values"])
     names = str(about["flag_meanings"]).split()
     return {int(n): name.replace("_", " ") for n, name in zip(numbers, names, strict=True)}
-
-
-def _frame(result: xr.Dataset) -> dict[str, Any]:
-    """How a map is drawn: arguments of imshow."""
-    up, across = result["kind"].dims
-    return pixel_frame(result[across].values, result[up].values)
 
 
 def axis_label(axis: xr.DataArray) -> str:

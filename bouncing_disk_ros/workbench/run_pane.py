@@ -19,10 +19,15 @@ from bouncing_disk_ros.maps.period_one import period_one
 from bouncing_disk_ros.maps.scales import axial_forcing_of, velocity_scale
 from bouncing_disk_ros.side_window import SideWindow, side_window
 from bouncing_disk_ros.units import in_pi, number_text, shown_unit
-from bouncing_disk_ros.workbench.flow_control import FlowControl
 from bouncing_disk_ros.workbench.page_style import one_column
 from bouncing_disk_ros.workbench.run_history import RunHistory, numbers
-from bouncing_disk_ros.workbench.run_view import PATH_SECONDS, SPEED_SECONDS, Frame, RunView
+from bouncing_disk_ros.workbench.run_view import (
+    PATH_SECONDS,
+    SPEED_SECONDS,
+    FlowControl,
+    Frame,
+    RunView,
+)
 from bouncing_disk_ros.workbench.strobe import shown_motion, text_of
 
 Rows = Mapping[str, NDArray[np.float64]]

@@ -30,9 +30,9 @@ from bouncing_disk_ros.matplotlib_figures import (
     MOST_PIXELS,
     about_zero,
     cut_at_zero,
+    map_frame,
     name_axis,
     new_figure,
-    pixel_frame,
     typeset,
 )
 
@@ -71,7 +71,7 @@ def mean_speed_picture(result: xr.Dataset) -> Figure:
     known = np.isfinite(speed)
     axes.set_facecolor(REST_AREA)
     shown = np.ma.masked_where(~known, speed)
-    drawn = axes.imshow(shown, cmap="RdBu_r", **about_zero(speed), **_frame(result))
+    drawn = axes.imshow(shown, cmap="RdBu_r", **about_zero(speed), **map_frame(result["period"]))
     figure.colorbar(drawn, ax=axes, label="mean speed α̇ / (ωΦ)")
     if not known.all():
         handle = Patch(facecolor=REST_AREA, edgecolor=BLACK, linewidth=0.5, label="rest")
@@ -106,7 +106,7 @@ def draw_periods(axes: Any, result: xr.Dataset) -> None:
     """Kinds and periods as colours, with a legend beneath."""
     found = classes(*(downsample(result[name], MOST_PIXELS) for name in ("kind", "period")))
     norm = BoundaryNorm(np.arange(-0.5, len(_CLASSES)), len(_CLASSES))
-    axes.imshow(found, cmap=ListedColormap(_COLORS), norm=norm, **_frame(result))
+    axes.imshow(found, cmap=ListedColormap(_COLORS), norm=norm, **map_frame(result["period"]))
     shown = np.unique(found)
     handles = [
         Patch(facecolor=_COLORS[i], edgecolor=BLACK, linewidth=0.5, label=_CLASSES[i])
@@ -122,7 +122,7 @@ def _draw_exponents(figure: Figure, axes: Any, result: xr.Dataset) -> None:
     finite = np.isfinite(exponent)
     top = float(np.quantile(np.abs(exponent[finite]), _QUANTILE)) if finite.any() else 1.0
     ground = np.where(np.isneginf(exponent), 1.0, 0.0)
-    frame = _frame(result)
+    frame = map_frame(result["period"])
     axes.imshow(ground, cmap=ListedColormap([REST_AREA, CONTACT_AREA]), vmin=0.0, vmax=1.0, **frame)
     shown = np.ma.masked_where(~finite, exponent)
     drawn = axes.imshow(shown, cmap="RdBu_r", vmin=-(top or 1.0), vmax=top or 1.0, **frame)
@@ -139,12 +139,6 @@ def _draw_exponents(figure: Figure, axes: Any, result: xr.Dataset) -> None:
         axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2,
                     fontsize=9, frameon=False)  # fmt: skip
     axes.set_title("Small changes die out (blue) or grow (red)", fontsize=10)
-
-
-def _frame(result: xr.Dataset) -> dict[str, Any]:
-    """How a map is drawn: arguments of imshow."""
-    up, across = result["period"].dims
-    return pixel_frame(result[across].values, result[up].values)
 
 
 def _title(result: xr.Dataset) -> str:

@@ -11,9 +11,9 @@ import pytest
 
 from bouncing_disk_ros.side_window import nice_above, side_window
 from bouncing_disk_ros.units import number_text, with_prefix
-from bouncing_disk_ros.workbench.flow_control import LONGEST, MOST_AHEAD, PATIENCE, FlowControl
 from bouncing_disk_ros.workbench.latest_work import IsObsolete, LatestWork
 from bouncing_disk_ros.workbench.run_pane import fitted
+from bouncing_disk_ros.workbench.run_view import LONGEST, MOST_AHEAD, PATIENCE, FlowControl
 from bouncing_disk_ros.workbench.strobe import shown_motion, strobe_rate, text_of
 from bouncing_disk_ros.workbench.tab import on_next_tick
 
