@@ -33,25 +33,6 @@ import pytest
 
 from bouncing_disk_ros.executables import module_of
 
-
-def ends(
-    capfd: pytest.CaptureFixture[str], name: str, *arguments: str
-) -> tuple[int, str, list[str]]:
-    """Exit code, stdout and lines of stderr of an executable with a command line."""
-    handlers = {number: signal.getsignal(number) for number in (1, 2, 15)}
-    capfd.readouterr()
-    try:
-        code = int(importlib.import_module(module_of(name)).main(arguments))
-    except SystemExit as end:
-        code = int(end.code or 0)
-    finally:
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
-        gc.unfreeze()
-    out, err = capfd.readouterr()
-    return code, out, err.splitlines()
-
-
 PATIENCE = 60.0  # s; bounds a wait for a condition, long past any start-up on a loaded machine
 INFORMATION = re.compile(
     r"\[INFO\]"
@@ -105,6 +86,24 @@ def finished(
 
 executed = partial(finished, sys.executable, "-m", "bouncing_disk_ros")
 """An executable of the package at its end."""
+
+
+def ends(
+    capfd: pytest.CaptureFixture[str], name: str, *arguments: str
+) -> tuple[int, str, list[str]]:
+    """Exit code, stdout and lines of stderr of an executable that is called in this process."""
+    handlers = {number: signal.getsignal(number) for number in (1, 2, 15)}
+    capfd.readouterr()
+    try:
+        code = int(importlib.import_module(module_of(name)).main(arguments))
+    except SystemExit as end:
+        code = int(end.code or 0)
+    finally:
+        for number, handler in handlers.items():
+            signal.signal(number, handler)
+        gc.unfreeze()
+    out, err = capfd.readouterr()
+    return code, out, err.splitlines()
 
 
 class Process:
