@@ -253,16 +253,20 @@ def _band(
     """Ends of the band of the hits, and the frequency where they are clearest, Hz.
 
     The noise of each frequency is estimated from a low quantile over the frames. It was made white:
-    where a quantile is below their median, a codec leaves no noise, or none in a part of the
-    frames, and the median counts. The hits are estimated from the mean logarithm over the frames
-    that are louder than noise gets. A frequency belongs to the band where that mean is higher than
-    the mean of noise gets.
+    where a quantile is below their median, a codec may leave no noise, or none in a part of the
+    frames, and the median counts. But where a high quantile is below it too, the filter lowered the
+    noise together with hum, and the high one counts. The hits are estimated from the mean logarithm
+    over the frames that are louder than noise gets. A frequency belongs to the band where that mean
+    is higher than the mean of noise gets.
     """
     at, power = spectra(samples, rate, _FRAMES)
     size = 2 * len(power) - 2  # of a frame; they overlap by half
     at, power = at[1:], power[1:] + 2.0 * floor**2 / rate
     noise = np.quantile(power, _LOW, axis=1) / -np.log1p(-_LOW)
-    over = power / np.maximum(noise, np.median(noise))[:, None]
+    middle = np.median(noise)
+    most = np.quantile(power, 1.0 - _LOW, axis=1) / -np.log(_LOW)
+    noise = np.maximum(noise, np.clip(most, UNEVEN * middle, middle))
+    over = power / noise[:, None]
     count, frames = over.shape
     loud = over.mean(axis=0) > chi_square_quantile(count, _FALSE / frames) / count
     if hits is not None:  # the frames in whose middle half they begin

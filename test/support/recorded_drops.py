@@ -66,14 +66,17 @@ def random_recording(rng: Generator) -> tuple[Sound, float]:
     return Sound(samples, rate, times, decibels), 300.0
 
 
-def noiseless_drop(rng: Generator) -> Sound:
-    """A drop of a hard ball in a room without noise."""
+HARD = "steel", "glass", "golf", "table tennis"
+
+
+def noiseless_drop(rng: Generator, kinds: tuple[str, ...] = HARD) -> Sound:
+    """A drop of a ball in a room without noise."""
     rate, restitution, start = 48000.0, rng.uniform(0.6, 0.9), rng.uniform(0.5, 1.5)
     speed = math.sqrt(2.0 * 9.81 * rng.uniform(0.2, 0.5))
     count = math.ceil(math.log(0.03 * 9.81 / (2.0 * speed)) / math.log(restitution))
     speeds = speed * restitution ** np.arange(count, dtype=np.float64)
     times = start + np.concatenate([[0.0], np.cumsum(2.0 * speeds[1:] / 9.81)])
-    ball = BALLS[str(rng.choice(["steel", "glass", "golf", "table tennis"]))]
+    ball = BALLS[str(rng.choice(kinds))]
     size = round((times[-1] + 0.6) * rate)
     clean, _ = _hits(rng, ball, times, speeds, rate, size)
     samples = scipy.signal.fftconvolve(clean, _room(rng, rate))[:size]

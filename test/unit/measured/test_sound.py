@@ -109,7 +109,8 @@ def test_hits_are_found_with_their_true_times(
 def test_errors_of_hits_are_standard_deviations(tmp_path: Path) -> None:
     """Of four recorded drops: told errors were three times too large.
 
-    They are not normal, with few large ones: the median of normal ones would be 0.67.
+    They are not normal, with few large ones, and weak hits might be late: the median of normal ones
+    would be 0.67.
     """
     found = []
     for seed in range(98002, 98006):
@@ -121,9 +122,45 @@ def test_errors_of_hits_are_standard_deviations(tmp_path: Path) -> None:
         clear = (sound.decibels >= 20.0) & (np.abs(away) < NEAR)
         found.append(np.abs(away / told.errors[near])[clear])
     parts = np.concatenate(found)
-    assert np.median(parts) > 0.25
+    assert np.median(parts) > 0.15
     assert np.mean(parts < 1.96) >= 0.9
     assert 0.3 < math.sqrt(float(np.mean(parts**2))) < 1.3
+
+
+def test_errors_hold_that_weak_hits_of_a_soft_ball_are_late(tmp_path: Path) -> None:
+    """Contacts of 4 ms, longer at low speed: five of eight hits were not within 1.96 errors."""
+    rng = np.random.default_rng(1)
+    rate, times = 48000.0, drop_times(rng, 0.75, 0.5, 0.06)
+    at = np.arange(2400) / rate
+    samples = 1e-4 * rng.standard_normal(round((times[-1] + 0.3) * rate))
+    for time, speed in zip(times, 0.75 ** np.arange(len(times), dtype=np.float64), strict=True):
+        first = math.ceil(time * rate)
+        since = at + first / rate - time
+        width = 4e-3 * speed**-0.2
+        force = np.sin(math.pi * np.minimum(since / width, 1.0)) ** 1.5
+        ring = np.exp(-at / 6e-3) * np.sin(math.tau * 600.0 * at)
+        samples[first : first + len(at)] += speed * np.convolve(force, ring)[: len(at)]
+    found = heard(tmp_path, Sound(samples / np.abs(samples).max(), rate, times, np.empty(0)))
+    away = found.times - times[np.abs(found.times[:, None] - times).argmin(axis=1)]
+    away -= np.average(away, weights=found.errors**-2.0)
+    assert len(away) >= 5
+    assert np.max(away) > 2e-4
+    assert np.sum(np.abs(away) > 1.96 * found.errors) <= 1
+
+
+@pytest.mark.parametrize(("seed", "least"), [(2, 5), (4, 4)])
+def test_hum_hides_no_soft_ball(seed: int, least: int, tmp_path: Path) -> None:
+    """Two and one hits were found: the noise was taken as white where hum had lowered it."""
+    rng = np.random.default_rng([4, seed])
+    sound = noiseless_drop(rng, ("rubber",))
+    at = np.arange(len(sound.samples)) / sound.rate
+    noise = 1e-3 * rng.standard_normal(len(at))
+    hum = 0.1 * sum(np.sin(math.tau * 50.0 * n * at + n) / n for n in (1, 2, 3, 5, 7))
+    samples = sound.samples + noise + hum
+    found = heard(tmp_path, Sound(samples, sound.rate, sound.times, sound.decibels))
+    near = np.abs(found.times[:, None] - sound.times) < NEAR
+    assert near.any(axis=0).sum() >= least
+    assert near.any(axis=1).all()
 
 
 def test_weak_hits_may_be_less_alike_by_their_noise(tmp_path: Path) -> None:
