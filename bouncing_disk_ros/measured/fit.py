@@ -7,8 +7,8 @@ import math
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.measured.fit_options import checked_options
 from bouncing_disk_ros.measured.goodness import evidence_of, probability_of
+from bouncing_disk_ros.measured.kernels.chains import MOST_ODD
 from bouncing_disk_ros.measured.kernels.rest_laws import (
     AMPLITUDE,
     FREQUENCY,
@@ -135,17 +136,21 @@ def fit_impacts(
     return _Known.of(values).fit(recording, own)
 
 
-class _Sequence(NamedTuple):
-    """A chain of impacts, its data (no false hits, but missed ones), their fit, and draws of it.
+@dataclass(frozen=True)
+class _Sequence:
+    """A chain of impacts, their fit, and draws of it.
 
     `others`: other chains with their parameters; `evidence` is the logarithm of their odds.
     """
 
     chain: Chain
-    data: Data
     profiles: Profiles
-    draws: Draws
     others: tuple[Chain, ...] = ()
+
+    @cached_property
+    def draws(self) -> Draws:
+        """Which take as long as the fit: few chains need them."""
+        return draws_of(self.profiles)
 
 
 @dataclass(frozen=True)
@@ -241,7 +246,8 @@ class _Known:
 
     def _results(self, recording: Recording, errors: Array | None, found: _Sequence) -> ImpactFit:
         """All results of a fit: intervals, other frequencies, a second disk, impacts to come."""
-        chain, data, profiles, draws, _ = found
+        chain, profiles, draws = found.chain, found.profiles, found.draws
+        data = profiles.data
         rejected = np.delete(recording.times, chain.kept)
         with ThreadPoolExecutor() as beside:  # the kernels let go of the GIL
             told = beside.submit(self._parameters, profiles, draws)
@@ -298,7 +304,7 @@ class _Known:
         if not evidences.max() > -math.inf:
             return best
         odds = evidences - evidences.max()
-        return best._replace(others=tuple(
+        return replace(best, others=tuple(
             replace(one.chain, parameters=one.profiles.estimate, evidence=float(log))
             for one, log in zip(found, odds, strict=True) if one is not best
         ))  # fmt: skip
@@ -318,7 +324,7 @@ class _Known:
             if self.frequency == 0.0 or chain.holds_all(len(times)):
                 break
             found = self._chain(times, [profiles.estimate])
-        return _Sequence(chain, data, profiles, draws_of(profiles))
+        return _Sequence(chain, profiles)
 
     def _corrected(self, found: _Sequence, recording: Recording, errors: Array | None) -> _Sequence:
         """The fit without those parts of the chain that make it unlikelier.
@@ -376,13 +382,13 @@ class _Known:
             return found
         hits, profiles = recording.times[found.chain.kept], found.profiles
         _, speeds = flights_of(profiles.best.times, profiles.estimate, self.gravity)
-        after = -profiles.estimate[RESTITUTION] * speeds[~found.data.missed[1:-1], 0]
+        after = -profiles.estimate[RESTITUTION] * speeds[~profiles.data.missed[1:-1], 0]
         places = found.chain.unheard_ends(hits, after, self.gravity)
         while len(places):
             chain = found.chain.with_contacts(places, hits)
             data = self._data(recording, errors, chain)
             profiles = self._profiles(recording.name, data)
-            other = _Sequence(chain, data, profiles, draws_of(profiles), found.others)
+            other = _Sequence(chain, profiles, found.others)
             is_likely = [is_reached(other.draws, self.gravity, *hits[k : k + 2]) for k in places]
             if all(is_likely):
                 return other
@@ -396,8 +402,9 @@ class _Known:
     def _evidence(self, found: _Sequence, recording: Recording) -> float:
         """Logarithm of how much likelier these flights are than hits of no law; nan: not told."""
         chain, heard = found.chain, len(self._heard(recording.times))
-        odd = heard - len(chain.kept) + len(chain.missed) + len(chain.contacts)
-        return evidence_of(found.profiles, odd)
+        flights = np.searchsorted(recording.times[chain.kept], chain.missed)
+        missed = int(np.minimum(np.bincount(flights), MOST_ODD).sum())
+        return evidence_of(found.profiles, heard - len(chain.kept) + missed + len(chain.contacts))
 
     def _alternatives(
         self, recording: Recording, errors: Array | None, found: _Sequence,
@@ -413,10 +420,9 @@ class _Known:
             if len(chains) == _USUAL or any(chain.is_like(one) for one in chains):
                 continue
             data = self._data(recording, errors, chain)
-            with contextlib.suppress(np.linalg.LinAlgError):
+            with contextlib.suppress(np.linalg.LinAlgError, FailedError):
                 fit = Profiles(data, model, chain.parameters)
-                other = _Sequence(chain, data, fit, draws_of(fit))
-                odds = _odds(self._physical(other, recording), own)
+                odds = _odds(self._physical(_Sequence(chain, fit), recording), own)
                 if odds > 0.0 and _is_outside(fit.estimate, parameters):
                     chains.append(chain)
                     alternatives.append(Alternative(
@@ -721,8 +727,7 @@ class _Tried:
             own = Profiles(data, self._model, start, near)
         except np.linalg.LinAlgError:
             return False
-        fitted = self._found._replace(chain=chain, profiles=own)
-        evidence = self._known._evidence(fitted, self._recording)
+        evidence = self._known._evidence(_Sequence(chain, own), self._recording)
         self._others.append(replace(chain, parameters=own.estimate, evidence=evidence))
         if evidence > max(self._evidence, least):
             self.chain, self._evidence, self.suspected = chain, evidence, chain.suspected(own)
@@ -747,8 +752,8 @@ class _Tried:
             known, errors = self._known, self._errors
             data = known._data(self._recording, errors, self.chain)
             fit = known._profiles(self._recording.name, data, self._chosen.parameters)
-            found = _Sequence(self.chain, data, fit, draws_of(fit))
-        return found._replace(others=likely)
+            found = _Sequence(self.chain, fit)
+        return replace(found, others=likely)
 
 
 def _odds(evidence: float, other: float) -> float:

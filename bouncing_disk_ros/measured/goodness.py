@@ -65,12 +65,13 @@ def probability_of(profiles: Profiles, speeds: Array) -> float:
 def evidence_of(profiles: Profiles, odd: int) -> float:
     """Logarithm of how much likelier flights of a chain are than hits of no law; nan: not told.
 
-    `odd`: hits that are left out, missed impacts and contacts, each with the cost that it has in
-    the search for the chain. The likelihood is integrated over the parameters as by Schwarz
-    ("Estimating the dimension of a model", 1978): each costs half of the logarithm of the number of
-    equations. A missed second impact is one more parameter, whose density is one over the interval
-    of the flights around it. If hits of no law are the truth, the ratio of both likelihoods exceeds
-    x with a probability of 1/x at most (Markov's inequality).
+    `odd`: hits that are left out, missed impacts, contacts and gaps. Each costs as a false hit does
+    in the search for the chain. A contact or a gap also leaves out the equations at its two ends.
+    The likelihood is integrated over the parameters as by Schwarz ("Estimating the dimension of a
+    model", 1978): each costs half of the logarithm of the number of equations. A missed second
+    impact of a part is one more parameter, whose density is one over the interval of the flights
+    around it. If hits of no law are the truth, the ratio of both likelihoods exceeds x with a
+    probability of 1/x at most (Markov's inequality).
     """
     node, data, model = profiles.best, profiles.data, profiles.model
     if profiles.degrees < 1 and not data.is_absolute:
@@ -82,8 +83,10 @@ def evidence_of(profiles: Profiles, odd: int) -> float:
     spreads = math.sqrt(math.tau) * scale * data.errors
     evidence = -0.5 * (node.squares / scale**2 + node.log_det)
     evidence += float(np.sum(np.log(intervals[is_measured] / spreads[2:][is_measured])))
-    if data.missed[1] and is_measured.any():
-        evidence += math.log(spreads[1] / intervals[is_measured][0])
+    for first in (0, *(place + 1 for place in data.contacts)):
+        later = is_measured[first:]
+        if data.missed[first + 1 : first + 2].any() and later.any():
+            evidence += math.log(spreads[first + 1] / intervals[first:][later][0])
     if model.phase is not None:
         evidence += math.log(math.sqrt(math.tau) / scale)
     count = len(model.free) + (not data.is_absolute) + (model.scatter is None)

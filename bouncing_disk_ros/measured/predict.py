@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.errors import FailedError
 from bouncing_disk_ros.measured.kernels.chains import contact_landings
 from bouncing_disk_ros.measured.kernels.likelihood import solve_factored
 from bouncing_disk_ros.measured.kernels.rest_laws import AMPLITUDE, FREQUENCY, PHASE, RESTITUTION
@@ -64,8 +65,10 @@ def draws_of(profiles: Profiles) -> Draws:
     count = int(np.clip(20_000 // len(data.times), 100, 400))
     chosen = rng.choice(len(profiles.nodes), count, p=[node.weight for node in profiles.nodes])
     roots = {i: _root(profiles.covariance(profiles.nodes[i])) for i in set(chosen)}
-    rows = [_draw(profiles, profiles.nodes[i], roots[i], rng) for i in chosen]
-    parameters, times, scatter, scale = zip(*(row for row in rows if row), strict=True)
+    rows = [row for i in chosen if (row := _draw(profiles, profiles.nodes[i], roots[i], rng))]
+    if not rows:
+        raise FailedError("no motion is near the one that fits best; is the frequency right?")
+    parameters, times, scatter, scale = zip(*rows, strict=True)
     return Draws(np.array(parameters), np.array(times), np.array(scatter), np.array(scale))
 
 

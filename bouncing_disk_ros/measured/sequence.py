@@ -3,7 +3,9 @@
 From two impacts follows the take-off, and from that the next landing. A hit that lands there is an
 impact; another one is false (an echo, a second ball). A landing without a hit is a missed impact.
 Nothing is heard within the dead time of the detector after a hit. Chatter ends in contact: the disk
-leaves where the platform falls with g, sin τ = 1/(πΓ), and flies without an impact before.
+leaves where the platform falls with g, sin τ = 1/(πΓ), and flies without an impact before. Where so
+many impacts are missed that the law leads to no hit, the chain has a gap: it begins anew, with the
+same parameters.
 The chain of least cost is found by dynamic programming (`kernels.chains`): an impact costs minus
 the logarithm of its density around the landing, in parts of one over the flight; a false or missed
 one costs `ODD`.
@@ -37,6 +39,8 @@ _FIRST = 100
 """Hits that find the restitution on a platform at rest."""
 _SUSPECTED = 4
 """Hits with the largest residuals, of which one may be false."""
+_FINER = 21
+"""Restitutions near the best one: a long gap needs a thousandth."""
 _CHANGES = np.linspace(-0.1, 0.2, 7)
 """Of the restitution, from the fastest impact to the slowest ones."""
 
@@ -59,8 +63,8 @@ class Change(NamedTuple):
 class Chain:
     """`kept`: indices of the hits that are impacts. `missed`: times of those without a hit, s.
 
-    `contacts`: places in `kept` of hits before a contact. `parameters`: the chain's candidate.
-    `evidence`: logarithm of how much likelier it is than hits of no law.
+    `contacts`: places in `kept` of hits before a contact or a gap. `parameters`: the chain's
+    candidate. `evidence`: logarithm of how much likelier it is than hits of no law.
     """
 
     kept: NDArray[np.int64]
@@ -224,7 +228,7 @@ def chain_of(
     tried = np.repeat(candidates, len(_ERRORS), axis=0)
     errors, count = np.tile(_ERRORS, len(candidates)), len(times)
     kept, contacts = np.empty(count, np.int64), np.empty(count, np.int64)
-    missed, found = np.empty(2 * count), np.empty(4, np.int64)
+    missed, found = np.empty(12 * count), np.empty(4, np.int64)
     cost = likeliest_chain(
         times, tried, errors, gravity, dead_time, -least, kept, missed, contacts, found
     )
@@ -245,9 +249,9 @@ def at_rest(
     ratios = np.diff(times)[1:] / np.diff(times)[:-1]
     tried = tried[np.argsort(np.abs(tried - np.median(ratios)), kind="stable")]  # likely ones first
     found = chain_of(times[:_FIRST], _still(tried, slopes), gravity, dead_time, least)
-    if len(times) <= _FIRST or not len(found.kept):
+    if not len(found.kept):
         return found
-    near = found.parameters[RESTITUTION] + np.linspace(-0.01, 0.01, 5)
+    near = found.parameters[RESTITUTION] + np.linspace(-0.01, 0.01, _FINER)
     return chain_of(times, _still(near, found.parameters[[SLOPE]]), gravity, dead_time)
 
 

@@ -1,7 +1,8 @@
 """The likeliest chain of flights through hits: kernels.
 
 A chain that ends with hits j - a - 1 and j has the slot (a, m) of hit j, with m missed impacts in
-between, or contact for m = `_CONTACT`. The best chain of each slot stays (dynamic programming).
+between. The last m stands for a contact. The best chain of each slot stays (dynamic programming).
+A chain may also begin anew after a gap, where the law leads to no hit any more.
 """
 
 from __future__ import annotations
@@ -20,16 +21,19 @@ from bouncing_disk_ros.measured.kernels.rest_laws import (
     SLOPE,
 )
 
-ODD = 3.0
-"""Of a false or missed impact: a part of 5 %."""
-_SKIPPED, _MISSED = 4, 3
+ODD, GAP = 3.0, 9.0
+"""Costs of a false or missed impact, a part of 5 %, and of a gap: three are missed, or more."""
+_SKIPPED, _LANDINGS, _LANDINGS_AT_REST = 4, 3, 13
 """Hits to look ahead (three may be false), landings to look ahead (two may be missed).
 
-Of parts of 5 %, four false ones in a row come once in 160 000 hits, three missed once in 8000. A
-chain at rest whose second impact is missed begins before so many hits.
+Of parts of 5 %, four false ones in a row come once in 160 000 hits, three missed once in 8000. At
+rest errors do not grow from flight to flight. A chain there whose second impact is missed begins
+before so many hits.
 """
-_CONTACT, _SLOTS = _MISSED, _MISSED + 1
-"""Slots: of so many landings missed, and of contact."""
+MOST_ODD = 3
+"""Missed impacts in a row that count: more are missed for one reason."""
+_BEGUN, _ANEW = -1, -2
+"""Sources of chains of two hits: at the first hits, and after a gap."""
 _NARROW, _WIDE = 2e-3, 1.5e-2
 """Errors in parts of the flight: of most landings, and of those that the law fits worse."""
 _FAR = 600.0
@@ -99,21 +103,25 @@ def _landing(before: float, takeoff: float, own: NDArray[np.float64], g: float) 
 
 @rare_kernel
 def _begin(
-    before: float, after: float, own: NDArray[np.float64], g: float
+    before: float, after: float, missed: int, own: NDArray[np.float64], g: float
 ) -> tuple[float, float, float, float]:
-    """A missed impact between two hits at rest, and the take-off of the later as `_takeoff` does.
+    """The first flight with impacts missed between two hits at rest.
 
-    On a vibrating platform several times are possible: nan.
+    Also the take-off of the later hit, as `_takeoff` has it. On a vibrating platform several
+    flights are possible: nan.
     """
     if own[AMPLITUDE] != 0.0:
         return np.nan, np.nan, np.nan, np.nan
-    at, slope, earlier = before + (after - before) / (1.0 + own[RESTITUTION]), 1.0, 0.0
+    flight = last = after - before
     for _ in range(_STEPS):
-        takeoff, by_at, earlier = _takeoff(before, at, own, g)
-        slope = by_at + 0.5 * g
-        at -= (takeoff - 0.5 * g * (after - at)) / slope
-    takeoff, by_end, by_at = _takeoff(at, after, own, g)
-    return at, takeoff, by_end + by_at * 0.5 * g / slope, -by_at * earlier / slope
+        last = total = flight
+        for _ in range(missed):
+            last *= own[RESTITUTION] - own[SLOPE] * 0.5 * g * last
+            total += last
+        flight *= (after - before) / total
+    takeoff, by_end, by_at = _takeoff(after - last, after, own, g)
+    part = last / (after - before)
+    return flight, takeoff, by_end + by_at * (1.0 - part), by_at * part
 
 
 @rare_kernel
@@ -209,6 +217,7 @@ def _leave(
     angle, speed, flight = separation
     if not flight > 0.0:
         return
+    slots = costs.shape[1] // _SKIPPED
     w, phase = own[FREQUENCY], own[PHASE]
     turn, law = ceil((w * times[j] + phase - angle) / tau), _law(flight, error, 1.0)
     for later in range(2):
@@ -217,7 +226,7 @@ def _leave(
             a, since = k - j - 1, times[k] - left
             if not since > 0.0:
                 continue
-            slot, before = a * _SLOTS + _CONTACT, costs[j, best] + ODD * (1 + a)
+            slot, before = a * slots + slots - 1, costs[j, best] + ODD * (1 + a)
             cost = _cost(since - flight, law, before, costs[k, slot])
             if cost < costs[k, slot]:
                 place, there = _platform(own, times[k])
@@ -246,10 +255,13 @@ def _go_on(
     A landing that has its hit is not missed.
     """
     before, takeoff, spent = times[j], takeoffs[j, source, 0], costs[j, source]
+    slots, end = costs.shape[1] // _SKIPPED, min(j + _SKIPPED + 1, times.size)
     moves = np.empty((2, 2))
     moves[0, 0], moves[0, 1] = 1.0, 0.0
     moves[1, 0], moves[1, 1] = takeoffs[j, source, 1], takeoffs[j, source, 2]
-    for m in range(_MISSED):
+    for m in range(slots - 1):
+        if not times[end - 1] > before:
+            return
         landing = _landing(before, takeoff, own, g)
         flight = landing - before
         if not flight > 0.0:
@@ -257,10 +269,10 @@ def _go_on(
         begun = sqrt(moves[0, 0] ** 2 + moves[0, 1] ** 2)
         spread = _moved(before, landing, takeoff, moves, own, g)
         law, is_reached = _law(flight, spread * error, 1.0 + m), False
-        for k in range(j + 1, min(j + _SKIPPED + 1, times.size)):
+        for k in range(j + 1, end):
             a, away = k - j - 1, times[k] - landing
             is_reached |= abs(away) < 2.0 * law[1]
-            slot = a * _SLOTS + m
+            slot = a * slots + m
             if times[k] > before:
                 cost = _cost(away, law, spent + ODD * a, costs[k, slot])
                 if cost < costs[k, slot]:
@@ -272,8 +284,59 @@ def _go_on(
             return
         takeoff = _takeoff(before, landing, own, g)[0]
         before = landing
-        if before - times[j] > dead:
+        if before - times[j] > dead and m < MOST_ODD:
             spent += ODD
+
+
+@rare_kernel
+def _begin_with(
+    times: NDArray[np.float64],
+    j: int,
+    own: NDArray[np.float64],
+    g: float,
+    costs: NDArray[np.float64],
+    takeoffs: NDArray[np.float64],
+    sources: NDArray[np.int64],
+    anew: NDArray[np.float64],
+) -> None:
+    """Chains that begin with hit j and one before, at the first hits or after a gap."""
+    slots = costs.shape[1] // _SKIPPED
+    for a in range(min(_SKIPPED, j)):
+        first, slot = j - a - 1, a * slots
+        cost, source = ODD * (j - 1), _BEGUN
+        if anew[first] + ODD * a < cost:
+            cost, source = anew[first] + ODD * a, _ANEW
+        if cost < costs[j, slot]:
+            costs[j, slot], sources[j, slot] = cost, source
+            u, by_end, by_begin = _takeoff(times[first], times[j], own, g)
+            takeoffs[j, slot, 0] = u
+            takeoffs[j, slot, 1], takeoffs[j, slot, 2] = by_end, by_begin
+        for m in range(1, _LANDINGS if j <= _SKIPPED else 1):  # missed in between
+            slot, cost = a * slots + m, ODD * (j - 1 + m)
+            if cost < costs[j, slot]:
+                flight, u, by_end, by_begin = _begin(times[first], times[j], m, own, g)
+                if flight > 0.0:
+                    costs[j, slot], sources[j, slot] = cost, _BEGUN
+                    takeoffs[j, slot, 0] = u
+                    takeoffs[j, slot, 1], takeoffs[j, slot, 2] = by_end, by_begin
+
+
+@rare_kernel
+def _ends(j: int, costs: NDArray[np.float64], sources: NDArray[np.int64]) -> tuple[int, int]:
+    """Slots of the likeliest chains that may end with hit j, and that may end there before a gap.
+
+    -1: none. A hit after a contact tells nothing, nor do two after a gap or before one.
+    """
+    slots, end, told = costs.shape[1] // _SKIPPED, -1, -1
+    for slot in range(costs.shape[1]):
+        source = sources[j, slot]
+        if slot % slots == slots - 1 or source == _ANEW or not costs[j, slot] < inf:
+            continue
+        if end < 0 or costs[j, slot] < costs[j, end]:
+            end = slot
+        if source != _BEGUN and (told < 0 or costs[j, slot] < costs[j, told]):
+            told = slot
+    return end, told
 
 
 @rare_kernel
@@ -287,43 +350,52 @@ def _chains(
     costs: NDArray[np.float64],
     takeoffs: NDArray[np.float64],
     sources: NDArray[np.int64],
+    anew: NDArray[np.float64],
+    ended: NDArray[np.int64],
 ) -> tuple[float, int, int]:
     """Fill the slots of all hits (N, slots); the least cost, and the hit and slot where it ends.
 
-    takeoffs (N, slots, 3): with derivatives by the times of the hit and of the one before. It stops
-    where no chain can cost less than `most` any more: a chain has one of the last hits, or begins
-    after them, or has ended, and each later hit lowers its cost by `_MOST` at most.
+    takeoffs (N, slots, 3): with derivatives by the times of the hit and of the one before. anew
+    (N): least cost of chains that ended before a gap, after which each hit may begin anew; ended
+    (N): their hits and slots. It stops where no chain can cost less than `most` any more: a chain
+    has one of the last hits, or begins after them, or has ended, and each later hit lowers its cost
+    by `_MOST` at most.
     """
-    costs[:], sources[:] = inf, -1
-    separation = _separation(own, g)
-    found, hit, end = inf, 0, 0
+    costs[:], sources[:] = inf, _BEGUN
+    anew[:], ended[:] = inf, 0
+    separation, found, hit, end = _separation(own, g), inf, 0, 0
     for j in range(1, times.size):
-        for a in range(min(_SKIPPED, j)):  # chains that begin with this hit and one before
-            slot, cost = a * _SLOTS, ODD * (j - 1)
-            if cost < costs[j, slot]:
-                costs[j, slot], sources[j, slot] = cost, -1
-                u, by_end, by_begin = _takeoff(times[j - a - 1], times[j], own, g)
-                takeoffs[j, slot, 0] = u
-                takeoffs[j, slot, 1], takeoffs[j, slot, 2] = by_end, by_begin
-            slot, cost = slot + 1, cost + ODD  # one is missed in between
-            if j <= _SKIPPED and cost < costs[j, slot]:
-                at, u, by_end, by_begin = _begin(times[j - a - 1], times[j], own, g)
-                if at == at:
-                    costs[j, slot], sources[j, slot] = cost, -1
-                    takeoffs[j, slot, 0] = u
-                    takeoffs[j, slot, 1], takeoffs[j, slot, 2] = by_end, by_begin
+        _begin_with(times, j, own, g, costs, takeoffs, sources, anew)
         best = np.argmin(costs[j])
         _leave(times, j, best, separation, own, error, g, costs, takeoffs, sources)
         for slot in range(costs.shape[1]):
             if costs[j, slot] < costs[j, best] + _HOPELESS:
                 _go_on(times, j, slot, own, error, g, dead, costs, takeoffs, sources)
-            cost = costs[j, slot] + ODD * (times.size - 1 - j)
-            if cost < found and slot % _SLOTS != _CONTACT:  # a hit after a contact tells nothing
-                found, hit, end = cost, j, slot
-        least = min(ODD * j, costs[max(j - _SKIPPED + 1, 1) : j + 1].min())
+        slot, told = _ends(j, costs, sources)
+        left = ODD * (times.size - 1 - j)
+        if slot >= 0 and costs[j, slot] + left < found:
+            found, hit, end = costs[j, slot] + left, j, slot
+        if j + 1 == times.size:
+            break
+        anew[j + 1], ended[j + 1] = anew[j] + ODD, ended[j]
+        if own[AMPLITUDE] != 0.0 and told >= 0 and costs[j, told] + GAP < anew[j + 1]:
+            anew[j + 1], ended[j + 1] = costs[j, told] + GAP, j * costs.shape[1] + told
+        least = min(ODD * j, anew[j + 1], costs[max(j - _SKIPPED + 1, 1) : j + 1].min())
         if min(found, least - _MOST * (times.size - 1 - j)) >= most:
             break
     return found, hit, end
+
+
+@rare_kernel
+def _fill_missed(
+    at: float, takeoff: float, count: int, own: NDArray[np.float64], g: float,
+    missed: NDArray[np.float64],
+) -> None:  # fmt: skip
+    """Fill missed with so many landings."""
+    for i in range(count):
+        landing = _landing(at, takeoff, own, g)
+        takeoff = _takeoff(at, landing, own, g)[0]
+        missed[i] = at = landing
 
 
 @entry(
@@ -345,44 +417,51 @@ def likeliest_chain(
     """Least cost of a chain under any of the candidates (G, 6) with errors of landings (G).
 
     inf, and nothing is filled, if none costs less than `most`.
-    Fills kept (N) and contacts (N) with hits of the chain, and those before a contact, from the
-    last one on, missed (2N) with times of impacts without a hit, and found (4): the candidate, and
-    how many there are of each.
+    Fills kept (N) and contacts (N) with hits of the chain, and those before a contact or a gap,
+    from the last one on, missed (12N) with times of impacts without a hit, and found (4): the
+    candidate, and how many there are of each.
     """
-    slots = _SKIPPED * _SLOTS
-    costs, takeoffs = np.empty((times.size, slots)), np.zeros((times.size, slots, 3))
-    sources = np.empty((times.size, slots), np.int64)
-    least, best = most, -1
+    landings = _LANDINGS if candidates[:, AMPLITUDE].any() else _LANDINGS_AT_REST
+    slots = landings + 1  # and of contact
+    width = _SKIPPED * slots
+    costs, takeoffs = np.empty((times.size, width)), np.zeros((times.size, width, 3))
+    sources, anew = np.empty((times.size, width), np.int64), np.empty(times.size)
+    ended, least, best = np.empty(times.size, np.int64), most, -1
     for i in range(errors.size):
-        cost = _chains(times, candidates[i], errors[i], g, dead, least, costs, takeoffs, sources)[0]
+        cost = _chains(
+            times, candidates[i], errors[i], g, dead, least, costs, takeoffs, sources, anew, ended
+        )[0]
         if cost < least:
             least, best = cost, i
     if best < 0:
         return inf
     own = candidates[best]
-    _, j, slot = _chains(times, own, errors[best], g, dead, inf, costs, takeoffs, sources)
+    _, j, slot = _chains(
+        times, own, errors[best], g, dead, inf, costs, takeoffs, sources, anew, ended
+    )
     found[:] = 0
     found[0], found[1], kept[0] = best, 1, j
-    while j >= 0:
-        source, before, m = sources[j, slot], j - slot // _SLOTS - 1, slot % _SLOTS
+    while True:
+        source, before, m = sources[j, slot], j - slot // slots - 1, slot % slots
         kept[found[1]] = before
         found[1] += 1
-        if source < 0:
-            if m:
-                missed[found[2]] = _begin(times[before], times[j], own, g)[0]
-                found[2] += 1
-            break
-        if m == _CONTACT:
+        if source == _ANEW:
+            source, before = ended[before] % width, ended[before] // width
+            kept[found[1]], contacts[found[3]] = before, before
+            found[1] += 1
+            found[3] += 1
+        elif m == slots - 1:
             contacts[found[3]] = before
             found[3] += 1
-        else:
-            at, takeoff = times[before], takeoffs[before, source, 0]
-            for _ in range(m):
-                landing = _landing(at, takeoff, own, g)
-                takeoff = _takeoff(at, landing, own, g)[0]
-                at = landing
-                missed[found[2]] = at
-                found[2] += 1
+        elif m:
+            if source == _BEGUN:
+                takeoff = 0.5 * g * _begin(times[before], times[j], m, own, g)[0]
+            else:
+                takeoff = takeoffs[before, source, 0]
+            _fill_missed(times[before], takeoff, m, own, g, missed[found[2] :])
+            found[2] += m
+        if source == _BEGUN:
+            break
         j, slot = before, source
     return least
 

@@ -483,6 +483,36 @@ def test_missed_and_false_impacts_are_found_by_the_law_of_flights() -> None:
         assert fit.times[at] == pytest.approx(times[at], abs=0.01 * 0.45)
 
 
+@pytest.mark.parametrize("count", [3, 6])
+def test_a_gap_on_a_vibrating_platform_splits_the_recording(count: int) -> None:
+    """Half of the hits were rejected, or no model fitted."""
+    times = on_plate(60, 0.55, 0.5)[0]
+    fit = fit_impacts(np.delete(times, slice(25, 25 + count)), frequency=20.0, scatter=0.0)
+    assert not len(fit.rejected)
+    assert fit.contacts.tolist() == [24]
+    assert np.isnan(fit.flights[24]).all()
+    assert fit["restitution"].low < 0.5 < fit["restitution"].high
+    assert fit.preset["restitution"] == fit["restitution"].value
+
+
+@pytest.mark.parametrize("missed", [(1, 2), (4, 5, 6), (3, 4, 5, 6, 7, 8)])
+def test_flights_at_rest_lead_over_many_missed_impacts(missed: tuple[int, ...]) -> None:
+    """Three or more in a row, or the second and third: all hits before or after were rejected."""
+    times = at_rest(np.random.default_rng(3), 14, 1e-4, 0.003, 0.8)
+    fit = fit_impacts(np.delete(times, missed))
+    assert not len(fit.rejected)
+    assert np.flatnonzero(fit.missed).tolist() == list(missed)
+    assert fit["restitution"].low < 0.8 < fit["restitution"].high
+    assert fit.preset["restitution"] == fit["restitution"].value
+
+
+def test_a_fit_without_any_draw_is_no_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It ended with a traceback: no motion near the likeliest one had true times."""
+    monkeypatch.setattr("bouncing_disk_ros.measured.predict._draw", lambda *_: None)
+    with pytest.raises(FailedError, match="no motion is near the one that fits best"):
+        fit_impacts(at_rest(np.random.default_rng(3), 14, 1e-4, 0.003, 0.8))
+
+
 @pytest.mark.parametrize(("place", "later"), [(25, 1.5e-3), (41, 8e-4)])
 def test_a_false_hit_near_a_missed_impact_is_rejected(place: int, later: float) -> None:
     """It was taken for the impact: the intervals were ten times as long, and no preset was written.
