@@ -34,7 +34,7 @@ def tables_of(fit: ImpactFit) -> list[Table]:
     if fit.missed.any():
         data.append(("missed", _times_text("impacts without a hit, near", fit.times[fit.missed])))
     if len(fit.contacts):
-        data.append(("contact", _times_text("times, after", fit.times[fit.contacts])))
+        data.append(("contact or gap", _times_text("times, after", fit.times[fit.contacts])))
     if len(fit.rejected):
         data.append(
             (

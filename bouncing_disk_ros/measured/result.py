@@ -71,7 +71,7 @@ class ImpactFit:
     flight reaches, or within the dead time. `flights`: columns take-off and landing velocity, m/s,
     height above the take-off, m. `restitutions`: coefficient of each inner impact, `speeds`: of
     these impacts relative to the platform, m/s. `contacts`: indices of times after which chatter
-    ends in contact; flights and impacts there are nan.
+    ends in contact, or no flight leads to the next hit; flights and impacts there are nan.
     `probability`: of residuals as odd as these if the model is true; nan with too few
     impacts, or if the residuals are rounding of the times. `possible`: probability that no flight
     goes below the platform. `other_frequency`: a frequency that the times fit better than the
