@@ -76,10 +76,10 @@ class ImpactFit:
     impacts, or if the residuals are rounding of the times. `possible`: probability that no flight
     goes below the platform. `other_frequency`: a frequency that the times fit better than the
     one of the fit, Hz, or nan. `rival`: a multiple of the frequency that these data do not exclude,
-    Hz, 0 for a platform at rest, or nan. `chance`: probability, at most, that hits of no law have
-    flights as likely as these; nan with too few impacts. `alternatives`: other impacts, with other
-    parameters, that these hits do not exclude at a level of 1 %. `second`: the fit of rejected
-    hits, where they are flights of a second disk.
+    Hz, 0 for a platform at rest, or nan. `chance`: estimate of the probability that hits of no
+    law have flights as likely as these; nan with too few impacts. `alternatives`: other
+    impacts, with other parameters, that these hits do not exclude at a level of 1 %. `second`: the
+    fit of rejected hits, where they are flights of a second disk.
     `untold`: parameters that these data do not tell. `laws`: at rest, laws of the restitution with
     their evidence, the constant one first. `prediction`: impacts to come, with a constant one.
     `sound`: where the hits were heard, or None.
