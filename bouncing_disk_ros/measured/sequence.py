@@ -20,7 +20,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.measured.kernels.chains import ODD, likeliest_chain
+from bouncing_disk_ros.measured.kernels.chains import MOST_MISSED, ODD, likeliest_chain
 from bouncing_disk_ros.measured.kernels.rest_laws import (
     AMPLITUDE,
     FREQUENCY,
@@ -228,7 +228,7 @@ def chain_of(
     tried = np.repeat(candidates, len(_ERRORS), axis=0)
     errors, count = np.tile(_ERRORS, len(candidates)), len(times)
     kept, contacts = np.empty(count, np.int64), np.empty(count, np.int64)
-    missed, found = np.empty(12 * count), np.empty(4, np.int64)
+    missed, found = np.empty(MOST_MISSED * count), np.empty(4, np.int64)
     cost = likeliest_chain(
         times, tried, errors, gravity, dead_time, -least, kept, missed, contacts, found
     )

@@ -23,7 +23,9 @@ from bouncing_disk_ros.measured.kernels.rest_laws import (
 
 ODD, GAP = 3.0, 9.0
 """Costs of a false or missed impact, a part of 5 %, and of a gap: three are missed, or more."""
-_SKIPPED, _LANDINGS, _LANDINGS_AT_REST = 4, 3, 13
+MOST_MISSED = 12
+"""Missed impacts between two hits of a chain, at most."""
+_SKIPPED, _LANDINGS, _LANDINGS_AT_REST = 4, 3, MOST_MISSED + 1
 """Hits to look ahead (three may be false), landings to look ahead (two may be missed).
 
 Of parts of 5 %, four false ones in a row come once in 160 000 hits, three missed once in 8000. At
@@ -327,16 +329,16 @@ def _ends(j: int, costs: NDArray[np.float64], sources: NDArray[np.int64]) -> tup
 
     -1: none. A hit after a contact tells nothing, nor do two after a gap or before one.
     """
-    slots, end, told = costs.shape[1] // _SKIPPED, -1, -1
+    slots, end, before_gap = costs.shape[1] // _SKIPPED, -1, -1
     for slot in range(costs.shape[1]):
         source = sources[j, slot]
         if slot % slots == slots - 1 or source == _ANEW or not costs[j, slot] < inf:
             continue
         if end < 0 or costs[j, slot] < costs[j, end]:
             end = slot
-        if source != _BEGUN and (told < 0 or costs[j, slot] < costs[j, told]):
-            told = slot
-    return end, told
+        if source != _BEGUN and (before_gap < 0 or costs[j, slot] < costs[j, before_gap]):
+            before_gap = slot
+    return end, before_gap
 
 
 @rare_kernel
@@ -371,15 +373,15 @@ def _chains(
         for slot in range(costs.shape[1]):
             if costs[j, slot] < costs[j, best] + _HOPELESS:
                 _go_on(times, j, slot, own, error, g, dead, costs, takeoffs, sources)
-        slot, told = _ends(j, costs, sources)
+        slot, before_gap = _ends(j, costs, sources)
         left = ODD * (times.size - 1 - j)
         if slot >= 0 and costs[j, slot] + left < found:
             found, hit, end = costs[j, slot] + left, j, slot
         if j + 1 == times.size:
             break
         anew[j + 1], ended[j + 1] = anew[j] + ODD, ended[j]
-        if own[AMPLITUDE] != 0.0 and told >= 0 and costs[j, told] + GAP < anew[j + 1]:
-            anew[j + 1], ended[j + 1] = costs[j, told] + GAP, j * costs.shape[1] + told
+        if own[AMPLITUDE] != 0.0 and before_gap >= 0 and costs[j, before_gap] + GAP < anew[j + 1]:
+            anew[j + 1], ended[j + 1] = costs[j, before_gap] + GAP, j * costs.shape[1] + before_gap
         least = min(ODD * j, anew[j + 1], costs[max(j - _SKIPPED + 1, 1) : j + 1].min())
         if min(found, least - _MOST * (times.size - 1 - j)) >= most:
             break
@@ -418,8 +420,8 @@ def likeliest_chain(
 
     inf, and nothing is filled, if none costs less than `most`.
     Fills kept (N) and contacts (N) with hits of the chain, and those before a contact or a gap,
-    from the last one on, missed (12N) with times of impacts without a hit, and found (4): the
-    candidate, and how many there are of each.
+    from the last one on, missed (N times MOST_MISSED) with times of impacts without a hit, and
+    found (4): the candidate, and how many there are of each.
     """
     landings = _LANDINGS if candidates[:, AMPLITUDE].any() else _LANDINGS_AT_REST
     slots = landings + 1  # and of contact
