@@ -86,8 +86,15 @@ def _landing(before: float, takeoff: float, own: NDArray[np.float64], g: float) 
     longest = (takeoff + sqrt(max(takeoff * takeoff + 2.0 * g * (start + a), 0.0))) / g
     if a == 0.0:
         return before + longest
-    is_above = False
-    for i in range(1, _GRID + 1):
+    if not 0.0 < longest < inf:
+        return np.nan
+    above, points = sqrt(max(takeoff * takeoff + 2.0 * g * (start - a), 0.0)), _GRID / (g * longest)
+    first, last = ceil((takeoff - above) * points), int((takeoff + above) * points)
+    is_above, i = False, 0
+    while i < _GRID:
+        i += 1
+        if first <= i < last:  # in between the disk is higher than the platform ever is
+            is_above, i = True, last
         since = longest * i / _GRID
         height = start + takeoff * since - 0.5 * g * since * since
         was_above, is_above = is_above, height > _platform(own, before + since)[0]
@@ -370,8 +377,9 @@ def _chains(
         _begin_with(times, j, own, g, costs, takeoffs, sources, anew)
         best = np.argmin(costs[j])
         _leave(times, j, best, separation, own, error, g, costs, takeoffs, sources)
+        useless = min(found, most) + _MOST * (times.size - 1 - j)
         for slot in range(costs.shape[1]):
-            if costs[j, slot] < costs[j, best] + _HOPELESS:
+            if costs[j, slot] < min(costs[j, best] + _HOPELESS, useless):
                 _go_on(times, j, slot, own, error, g, dead, costs, takeoffs, sources)
         slot, before_gap = _ends(j, costs, sources)
         left = ODD * (times.size - 1 - j)
