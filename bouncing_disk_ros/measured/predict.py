@@ -67,7 +67,8 @@ def draws_of(profiles: Profiles) -> Draws:
     roots = {i: _root(profiles.covariance(profiles.nodes[i])) for i in set(chosen)}
     rows = [row for i in chosen if (row := _draw(profiles, profiles.nodes[i], roots[i], rng))]
     if not rows:
-        raise FailedError("no motion is near the one that fits best; is the frequency right?")
+        hint = "is the frequency right? if so, leave out scatter:=0.0, or fit a part of the times"
+        raise FailedError(f"no motion near the likeliest one has such impacts; {hint}")
     parameters, times, scatter, scale = zip(*rows, strict=True)
     return Draws(np.array(parameters), np.array(times), np.array(scatter), np.array(scale))
 
