@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from bouncing_disk_ros.errors import counted
 from bouncing_disk_ros.orbit_studies import NO_ROTATION
 from bouncing_disk_ros.parameters import TABLE, Spec
 from bouncing_disk_ros.study.command import main_of
@@ -92,7 +93,8 @@ def lines(result: xr.Dataset) -> list[str]:
         x = result["value"][places]
         k = int(np.argmax(share[line, places]))
         error = 100.0 * float(result["line_share_uncertainty"].values[line, places][k])
-        rows.append(f"  {name}, from {at_value(x, float(x[0]))} to {float(x[-1]):.6g}")
+        first, last = at_value(x, float(x[0])), f"{float(x[-1]):.6g}"
+        rows.append(f"  {name}, " + (f"from {first} to {last}" if x.size > 1 else f"at {first}"))
         part = f"{100.0 * share[line, places][k]:.3f} ± {error:.3f} % of the starts"
         rows.append(f"    easiest to reach at {at_value(x, float(x[k]))}: by {part}")
         for field, unit in units.items():
@@ -169,7 +171,7 @@ def _stretches(result: xr.Dataset) -> list[tuple[str, int, np.ndarray]]:
 
 def _warnings(result: xr.Dataset, count: int) -> list[str]:
     """What was left out."""
-    rows = [f"  and {count - _NAMED} others at fewer values"] if count > _NAMED else []
+    rows = [f"  and {counted(count - _NAMED, 'other')}"] if count > _NAMED else []
     left = int((result["left_out"] > 0).sum())
     if left:
         rows.append(f"  attractors were left out at {left} values: most_attractors:=... keeps them")

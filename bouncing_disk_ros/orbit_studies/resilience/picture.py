@@ -97,6 +97,8 @@ def _draw_times(axes: Any, result: xr.Dataset, x: NDArray[np.float64], colors: l
 def impulse_picture(result: xr.Dataset) -> Figure:
     """Figure of fatal impulses over instant and parameter, of the largest line without contact.
 
+    A line of which none is fatal is taken only where all are such lines.
+
     >>> impulse_picture(resilience(begin=0.4, end=0.45, count=2, samples=40, instants=8))
     """
     figure = new_figure(10.0, 4.6)
@@ -106,7 +108,8 @@ def impulse_picture(result: xr.Dataset) -> Figure:
     own = [i for i, color in enumerate(colors) if color != BLACK] or list(range(len(colors)))
     if not own:
         return figure
-    line = max(own, key=lambda i: float(shares[i]))
+    has_sizes = np.isfinite(result["line_fatal_impulse"].values).any(axis=(1, 2, 3))
+    line = max(own, key=lambda i: (bool(has_sizes[i]), float(shares[i])))
     sizes = result["line_fatal_impulse"].values[line]
     top = float(np.quantile(sizes[np.isfinite(sizes)], 0.99)) if np.isfinite(sizes).any() else 1.0
     x = result["value"].values

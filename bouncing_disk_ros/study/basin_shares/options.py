@@ -51,6 +51,8 @@ def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
 
 def lines(result: xr.Dataset) -> list[str]:
     """Where the period-1 orbit and the other periodic ones have most."""
+    from bouncing_disk_ros.study.printed_lines import at_value
+
     names = [name.strip() for name in str(result["kind"].attrs["long_name"]).split(",")]
     rows = []
     for i, name in enumerate(names):
@@ -59,7 +61,8 @@ def lines(result: xr.Dataset) -> list[str]:
             at = int(share.argmax())
             value, lag = (float(result[key].values[at]) for key in ("value", "best_phase_lag"))
             known = "" if math.isnan(lag) else f", best phase lag there {lag / math.pi:.4f}π"
-            rows.append(f"  {name:16} at most {100 * share.max():.3f} %, at {value:.5g}{known}")
+            where = at_value(result["value"], value, ".5g")
+            rows.append(f"  {name:16} at most {100 * share.max():.3f} %, at {where}{known}")
     return rows + _missed_lines(result)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from typing import Any
 
 import numpy as np
@@ -106,7 +105,8 @@ def test_resilience_of_a_few_values(resilient: Shown) -> None:
     in_time = result["line_share_in_time"].values[one, -1]
     assert np.all(np.diff(in_time) >= 0.0)
     assert in_time[-1] == pytest.approx(share[one, -1])
-    assert any(re.fullmatch(r"  period-1, from Γ = \S+ to 0\.45", line) for line in lines)
+    assert "  period-1, at Γ = 0.45" in lines
+    assert "  chattering, from Γ = 0.325 to 0.45" in lines
     assert "    hardest to lose by an impulse at Γ = 0.45: 0.1788 m πg/ω = 0.074501 N·s" in lines
     assert "    hardest to lose by a timing error at Γ = 0.45: 0.86477 rad = 45.878 ms" in lines
     assert np.isinf(result["line_least_fatal_impulse"].values[0, 0]).all()
@@ -133,6 +133,23 @@ def test_where_no_impulse_is_fatal_an_attractor_is_hardest_to_lose_and_named(
     endless = result.assign(line_fatal_impulse=result["line_fatal_impulse"] * math.inf)
     (legend,) = impulse_picture(endless).legends
     assert legend.get_texts()[0].get_text() == "no impulse up to 5 is fatal"
+
+
+def test_the_picture_of_impulses_is_of_a_line_that_has_fatal_ones(resilient: Shown) -> None:
+    """A larger line that no impulse ends, as where it is the only attractor, would be empty."""
+    _, _, result = resilient
+    one = result["line_name"].values.tolist().index("period-1")
+    two = result.isel(line=[one, one]).copy(deep=True)
+    two["line_name"].values[1] = "period-2"
+    two["line_share_without_contact"].values[1, -1] = 1.0
+    two["line_fatal_impulse"].values[1] *= math.inf
+    assert impulse_picture(two).get_suptitle().endswith(": period-1")
+
+
+def test_attractors_that_are_not_named_are_counted(resilient: Shown) -> None:
+    _, _, result = resilient
+    six = result.isel(line=[0, 0, 0, 0, 0, 0])
+    assert "  and 1 other" in resilience.lines(six)
 
 
 def test_values_at_which_nothing_is_fatal_are_told_each_with_the_reason() -> None:

@@ -159,7 +159,7 @@ def test_shares() -> None:
     legend = text_of(figure)
     assert "rest" in legend
     assert "chaotic" not in legend, "a class that is nowhere is not in the legend"
-    assert lines[0].startswith("  rest             at most 100.000 %, at 0.2")
+    assert lines[0].startswith("  rest             at most 100.000 %, at Γ = 0.2")
 
 
 @pytest.mark.parametrize(
