@@ -69,14 +69,18 @@ def mean_speed_picture(result: xr.Dataset) -> Figure:
     axes = figure.subplots()
     speed = downsample(result["mean_speed"], MOST_PIXELS)
     known = np.isfinite(speed)
-    axes.set_facecolor(REST_AREA)
+    rest = downsample(result["kind"], MOST_PIXELS) == _CLASSES.index("rest")
+    frame = map_frame(result["period"])
+    ground = ListedColormap([UNRESOLVED_AREA, REST_AREA])
+    axes.imshow(np.where(rest, 1.0, 0.0), cmap=ground, vmin=0.0, vmax=1.0, **frame)
     shown = np.ma.masked_where(~known, speed)
-    drawn = axes.imshow(shown, cmap="RdBu_r", **about_zero(speed), **map_frame(result["period"]))
+    drawn = axes.imshow(shown, cmap="RdBu_r", **about_zero(speed), **frame)
     figure.colorbar(drawn, ax=axes, label="mean speed α̇ / (ωΦ)")
-    if not known.all():
-        handle = Patch(facecolor=REST_AREA, edgecolor=BLACK, linewidth=0.5, label="rest")
-        axes.legend(handles=[handle], loc="upper center", bbox_to_anchor=(0.5, -0.12), fontsize=9,
-                    frameon=False)  # fmt: skip
+    _legend_of_areas(
+        axes,
+        (REST_AREA, "rest", (rest & ~known).any()),
+        (UNRESOLVED_AREA, "not known", not (rest | known).all()),
+    )
     axes.set_title("Mean speed of the disk", fontsize=10)
     _label_axes(result, axes)
     figure.suptitle(_title(result), fontsize=11)
@@ -127,18 +131,24 @@ def _draw_exponents(figure: Figure, axes: Any, result: xr.Dataset) -> None:
     shown = np.ma.masked_where(~finite, exponent)
     drawn = axes.imshow(shown, cmap="RdBu_r", vmin=-(top or 1.0), vmax=top or 1.0, **frame)
     figure.colorbar(drawn, ax=axes, label="Lyapunov exponent λ per impact", extend="both")
+    _legend_of_areas(
+        axes,
+        (CONTACT_AREA, "with contact: −∞", np.isneginf(exponent).any()),
+        (REST_AREA, "rest", np.isnan(exponent).any()),
+    )
+    axes.set_title("Small changes die out (blue) or grow (red)", fontsize=10)
+
+
+def _legend_of_areas(axes: Any, *areas: tuple[str, str, Any]) -> None:
+    """What areas without a value are, beneath: colour, name, and whether the map has it."""
     handles = [
         Patch(facecolor=color, edgecolor=BLACK, linewidth=0.5, label=name)
-        for color, name, there in (
-            (CONTACT_AREA, "with contact: −∞", np.isneginf(exponent).any()),
-            (REST_AREA, "rest", np.isnan(exponent).any()),
-        )
+        for color, name, there in areas
         if there
     ]
     if handles:
         axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=2,
                     fontsize=9, frameon=False)  # fmt: skip
-    axes.set_title("Small changes die out (blue) or grow (red)", fontsize=10)
 
 
 def _title(result: xr.Dataset) -> str:

@@ -31,6 +31,7 @@ from bouncing_disk_ros.study.basins import options as basins
 from bouncing_disk_ros.study.bifurcation import options as bifurcation
 from bouncing_disk_ros.study.bifurcation.picture import bifurcation_figure, density, phase_range
 from bouncing_disk_ros.study.parameter_map import options as parameter_map
+from bouncing_disk_ros.study.parameter_map.picture import mean_speed_picture
 from bouncing_disk_ros.study.toss_map import options as toss_map
 from bouncing_disk_ros.study.toss_map.compute import TossMap
 from bouncing_disk_ros.study.toss_map.picture import maps_figure
@@ -231,9 +232,13 @@ def test_a_map_of_parameters() -> None:
     assert legends[1] == ["with contact: −∞", "rest"]
     speed = figures["mean_speed"].axes[0]
     assert speed.get_xlabel() == left.get_xlabel()
-    for image in (right.images[1], speed.images[0]):
+    for image in (right.images[1], speed.images[1]):
         low, high = image.get_clim()
         assert low == -high, "the colours are centred at 0"
+    assert legend_of(speed) == ["rest"]
+    unknown = result["mean_speed"].where(result["kind"] != 1)  # as where rounding decides
+    unsure = mean_speed_picture(result.assign(mean_speed=unknown)).axes[0]
+    assert legend_of(unsure) == ["rest", "not known"], "a disk with contact is not at rest"
     assert any(line.startswith("  rest ") for line in lines)
     assert any(line.startswith("  largest mean speed ") for line in lines)
     best = float(result["lyapunov_exponent"].where(np.isfinite).max())
