@@ -26,7 +26,7 @@ from bouncing_disk_ros.errors import (
     one_line,
 )
 from bouncing_disk_ros.help_text import spec_lines
-from bouncing_disk_ros.parameters import Spec, Value, is_rclpy_parameter
+from bouncing_disk_ros.parameters import TABLE, Spec, Value, is_rclpy_parameter
 
 FIGURE_KINDS = ("png", "pdf", "svg")
 
@@ -59,6 +59,8 @@ def option_values(given: Mapping[str, object], table: Mapping[str, Spec]) -> dic
     for name in given:
         if name not in table and not is_rclpy_parameter(name):
             hint = closest(name, table) or "--help lists the parameters."
+            if name in TABLE and "preset" in table:
+                hint = "The simulator has it: give a preset with -p preset:=FILE."
             raise InputError("parameter", name, ", ".join(table), hint)
     return {name: spec.checked(given.get(name, spec.default)) for name, spec in table.items()}
 

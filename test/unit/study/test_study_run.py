@@ -9,6 +9,7 @@ import pytest
 import xarray as xr
 
 from bouncing_disk_ros import bag
+from bouncing_disk_ros.command_line.start import option_values
 from bouncing_disk_ros.command_line.stop import Stop
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.errors import InputError
@@ -182,6 +183,16 @@ def test_a_study_is_that_of_a_preset(tmp_path: Path) -> None:
     file.write_text("/**:\n  ros__parameters:\n    axial_amplitude: 9.0\n    frequency: 900.0\n")
     with pytest.raises(InputError, match=r"axial_forcing from the preset: .* computed from .*yaml"):
         studied("basins", tmp_path / "x", **small)
+
+
+def test_a_preset_that_is_given_as_a_parameter_file_is_told_how_to_be_given() -> None:
+    """As in `basins --params-file plate_fit.yaml`: its names are the simulator's."""
+    table = definition_of("basins").table
+    hint = r"parameter: got 'gravity'.* give a preset with -p preset:=FILE\."
+    with pytest.raises(InputError, match=hint):
+        option_values({"restitution": 0.7, "gravity": 9.8}, table)
+    with pytest.raises(InputError, match="Did you mean restitution"):
+        option_values({"restitutoin": 0.7}, table)
 
 
 def test_a_motor_takes_a_preset_or_a_recorded_run(
