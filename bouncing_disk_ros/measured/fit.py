@@ -492,12 +492,18 @@ class _Known:
         return found
 
     def _starts_of_parts(self, times: Array) -> list[Array]:
-        """First values from few neighbouring hits: one false or missed one spoils all equations."""
-        count = len(times) - 2
-        firsts = np.linspace(0, count - _PART, max(min(count - _PART + 1, _PARTS), 0)).astype(int)
-        told = (firsts[:, None] <= np.arange(count)) & (np.arange(count) < firsts[:, None] + _PART)
+        """First values from few neighbouring hits: one false or missed one spoils all equations.
+
+        Also from shorter parts, if there are few: these may have none without such a hit.
+        """
+        places, parts = np.arange(len(times) - 2), list[NDArray[np.bool_]]()
+        for size in (_PART, _PART - 1):
+            last = len(places) - size
+            if last >= 0 and len(parts) < _PARTS:
+                firsts = np.linspace(0, last, min(last + 1, _PARTS)).astype(int)[:, None]
+                parts += list((firsts <= places) & (places < firsts + size))
         given = replace(self, frequency_error=0.0)
-        return [start for part in told for start in given._starts(times, part)]
+        return [start for part in parts for start in given._starts(times, part)]
 
     def _chain(self, times: Array, tried: list[Array], least: float = -math.inf) -> Chain:
         heard = self._heard(times)
