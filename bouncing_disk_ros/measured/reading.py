@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 MOST_IMPACTS = 20_000
 """Impacts of one fit."""
+LATEST = 1e7
+"""s: 115 days. Rounding of later times, above 1 ns, ends searches on a vibrating platform early."""
 MOST_BYTES = 64 << 20
 """Of a text file."""
 _TEXTS = ("", ".csv", ".txt", ".tsv", ".dat")
@@ -105,7 +107,10 @@ def checked(name: str, times: Array, errors: Array | None, resolution: float) ->
     if len(times) < 3:
         what = ("no hits", "one hit", "two hits")[len(times)]
         raise InputError("times", what, "three or more", "A restitution takes two flights.")
-    for wrong, what in ((~np.isfinite(times), "no finite number"), (abs(times) > 1e9, "too large")):
+    for wrong, what in (
+        (~np.isfinite(times), "no finite number"),
+        (abs(times) > LATEST, "too large: subtract the first one"),
+    ):
         if wrong.any():
             at = int(np.flatnonzero(wrong)[0])
             raise InputError("times", f"{times[at]:g} at place {at + 1}", _INCREASING, what + ".")

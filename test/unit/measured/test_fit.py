@@ -903,7 +903,7 @@ def test_hits_are_fitted_or_rejected_though_chains_go_on_changing(
         ("0.1, 0.5\n0.7\n\nend of drop\n", "'end of drop' in line 3 of the table"),
         ("0.1\n0.5\n1e400\n", "no finite number"),
         ("0.1\n0.5\n1_0\n", "'1_0' in line 3 of the table"),
-        ("-1e12\n0.5\n1\n", "too large"),
+        ("1.7e9\n1.700000000e9\n1\n", "too large: subtract the first one"),
         ("0.45\n0.34\n0.25\n", "Are these intervals"),
         ("0.3, 0.75, 1.09\n", "one line of 3 numbers"),
         ("0,5\n1,5\n2,4\n", "The comma may be a decimal sign"),
