@@ -115,8 +115,8 @@ def fit_impacts(
     - `gravity`: m/s²; 0: standard gravity. `height`: of the release at rest, m, if no impact
       is missed: then gravity is found. `fall_time`: of that drop, s, from the release to the first
       impact, as exact as the times; 0: not known.
-    - `time_error`: standard deviation of the times, s; 0: fitted. `errors`: one for each time, s;
-      with time_error 0 only their ratios count.
+    - `time_error`: standard deviation of the times, s; 0: fitted. `errors`: one for each time, s:
+      only their ratios count, and time_error is that of the median one.
     - `scatter`: standard deviation of the restitution from impact to impact; below 0: fitted.
     - `column`, `namespace`: of a text and of a bag that have several.
 
@@ -133,6 +133,8 @@ def fit_impacts(
     })  # fmt: skip
     recording = recording_of(source, column, namespace)
     own = recording.errors if errors is None else checked_errors(errors, recording.times)
+    if own is not None and values["time_error"] > 0.0:
+        own = own * (values["time_error"] / float(np.median(own)))
     return _Known.of(values).fit(recording, own)
 
 
@@ -630,9 +632,10 @@ class _Known:
 
     def _data(self, recording: Recording, errors: Array | None, chain: Chain) -> Data:
         count, least = len(recording.times), recording.resolution
-        if self.time_error > 0.0 or errors is None:
-            size = max(self.time_error, least) if self.time_error > 0.0 else NOMINAL
-            errors = np.full(count, size)
+        if errors is None:
+            errors = np.full(count, self.time_error or NOMINAL)
+        if self.time_error > 0.0:
+            errors = np.maximum(errors, least)
         nominal = float(np.median(errors))
         hits, first = recording.times[chain.kept], recording.times[0]
         released = np.full(int(self.fall_time > 0.0), first - self.fall_time)

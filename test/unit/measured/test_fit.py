@@ -338,6 +338,20 @@ def test_numbers_of_numpy_are_numbers() -> None:
 
 
 def test_a_height_tells_gravity_and_all_that_follows_from_it() -> None:
+def test_a_time_error_is_that_of_the_median_one_of_the_errors() -> None:
+    """The errors were left out: a hit that is 2 ms late, and known as bad, had the error of all."""
+    times = at_rest(np.random.default_rng(3), 14, 1e-5, 0.0, 0.8)
+    seen, errors = times.copy(), np.full(14, 1e-5)
+    seen[6], errors[6] = seen[6] + 2e-3, 2e-3
+    fit = fit_impacts(seen, errors=7.0 * errors, time_error=1e-5, scatter=0.0)
+    without = fit_impacts(np.delete(seen, 6), time_error=1e-5, scatter=0.0)
+    assert not len(fit.rejected)
+    ends, expected = (np.array([one["restitution"].low, one["restitution"].high])
+                      for one in (fit, without))  # fmt: skip
+    # both are of the same times but for one, which weighs 1/200² of another one
+    assert ends == pytest.approx(expected, abs=0.01 * (expected[1] - expected[0]))
+
+
     """On the moon: speeds, the law with drag and the preset are those of its gravity."""
     run = simulate(
         6.0, axial_amplitude=0.0, restitution=0.8, gravity=1.62, preload=0.0, initial_height=0.5,
