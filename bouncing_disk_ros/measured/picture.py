@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from bouncing_disk_ros.errors import counted
 from bouncing_disk_ros.measured.kernels.rest_laws import AMPLITUDE, FREQUENCY, PHASE
 from bouncing_disk_ros.measured.laws import Law, other_law
 from bouncing_disk_ros.measured.profiles import Array, Interval, interval_text
@@ -32,18 +33,14 @@ def tables_of(fit: ImpactFit) -> list[Table]:
         ("platform", platform),
     ]
     if fit.missed.any():
-        data.append(("missed", _times_text("impacts without a hit, near", fit.times[fit.missed])))
+        text = _times_text("impact", "without a hit, near", fit.times[fit.missed])
+        data.append(("missed", text))
     if len(fit.contacts):
-        data.append(("contact or gap", _times_text("times, after", fit.times[fit.contacts])))
+        text = _times_text("place", "without a fitted flight, after", fit.times[fit.contacts])
+        data.append(("contact or gap", text))
     if len(fit.rejected):
-        data.append(
-            (
-                "rejected",
-                _times_text(
-                    "hits that no flight reaches or within the dead time, at", fit.rejected
-                ),
-            )
-        )
+        why = "that no flight reaches or within the dead time, at"
+        data.append(("rejected", _times_text("hit", why, fit.rejected)))
     if fit.sound:
         from bouncing_disk_ros.measured.sound_picture import sound_lines
 
@@ -84,9 +81,9 @@ def _law_text(law: Law, fit: ImpactFit) -> str:
     return f"{delta}{told}: {', '.join(shown)}"
 
 
-def _times_text(what: str, times: Array) -> str:
+def _times_text(what: str, where: str, times: Array) -> str:
     shown = ", ".join(f"{t:.6g}" for t in times[:5])
-    return f"{len(times)} {what} {shown}{' ...' if len(times) > 5 else ''} s"
+    return f"{counted(len(times), what)} {where} {shown}{' ...' if len(times) > 5 else ''} s"
 
 
 def lines_of(fit: ImpactFit) -> list[str]:
@@ -135,11 +132,12 @@ def panels_of(fit: ImpactFit) -> list[tuple[Panel, str]]:
             ("missed", fit.times[fit.missed], 2), ("rejected hits", fit.rejected, 3))
         if len(at)
     ]  # fmt: skip
+    unflown = [(float(fit.times[i]), float(fit.times[i + 1])) for i in fit.contacts]
     flights = Panel("Flights through the measured impacts", "time, s", "height, m", [
         series("platform", grid, platform, SeriesStyle.LINE, 4),
         series("disk", times, heights, SeriesStyle.LINE),
         series("impacts", fit.times[measured], at_impacts[measured], SeriesStyle.POINTS, 1), *odd,
-    ])  # fmt: skip
+    ], "Grey: contact or gap, where no flight is fitted." if unflown else "", unflown)  # fmt: skip
     micro = 1e6 * fit.residuals
     over_time = Panel("Measured minus estimated times", "time, s", "residual, µs", [
         series("residuals", fit.times[measured], micro[measured])])  # fmt: skip

@@ -22,6 +22,7 @@ from bouncing_disk_ros.core.model import ImpactKind, join_rows
 from bouncing_disk_ros.measured import fit as fitting
 from bouncing_disk_ros.measured import fit_impacts as executable
 from bouncing_disk_ros.measured.goodness import probability_of
+from bouncing_disk_ros.measured.picture import panels_of, tables_of
 from bouncing_disk_ros.measured.profiles import Data, Interval, Model, Profiles, interval_text
 from bouncing_disk_ros.measured.reading import recording_of
 from bouncing_disk_ros.measured.sequence import Chain, chain_of
@@ -507,6 +508,11 @@ def test_a_gap_on_a_vibrating_platform_splits_the_recording(count: int) -> None:
     assert np.isnan(fit.flights[24]).all()
     assert fit["restitution"].low < 0.5 < fit["restitution"].high
     assert fit.preset["restitution"] == fit["restitution"].value
+    text = f"1 place without a fitted flight, after {fit.times[24]:.6g} s"
+    assert dict(tables_of(fit)[0].rows)["contact or gap"] == text
+    flights = panels_of(fit)[0][0]
+    assert flights.spans == [(fit.times[24], fit.times[25])]
+    assert flights.note == "Grey: contact or gap, where no flight is fitted."
 
 
 @pytest.mark.parametrize("missed", [(1, 2), (4, 5, 6), (3, 4, 5, 6, 7, 8)])
