@@ -196,6 +196,12 @@ class _Known:
     def fit(self, recording: Recording, errors: Array | None) -> ImpactFit:
         """The fit of a recording; with a height that of the gravity which the first fit finds."""
         found = self._fitted(recording, errors)
+        for name, value in (("height", self.height), ("fall_time", self.fall_time)):
+            if value > 0.0 and (found.rejected < found.times[0]).any():
+                at = f"{recording.times[0]:.6g} s"
+                given = f"{value:g}, but no flight begins with the first hit, at {at}"
+                hint = "Leave that hit out if it is false. Else leave out the option."
+                raise InputError(name, given, "the drop to the first impact of a flight", hint)
         if self.height == 0.0:
             return found
         return replace(self, gravity=found["gravity"].value)._fitted(recording, errors)

@@ -515,6 +515,14 @@ def test_a_gap_on_a_vibrating_platform_splits_the_recording(count: int) -> None:
     assert flights.note == "Grey: contact or gap, where no flight is fitted."
 
 
+@pytest.mark.parametrize("option", [{"height": 0.34}, {"fall_time": 0.26}])
+def test_a_drop_ends_with_the_first_impact_of_a_flight(option: dict[str, float]) -> None:
+    """The second to fourth impact are missed, the first hit is rejected: g was 36 m/s²."""
+    times = at_rest(np.random.default_rng(0), 16, 1e-4, 0.0, 0.85)
+    with pytest.raises(InputError, match=r"but no flight begins with the first hit, at 0\.29"):
+        fit_impacts(np.delete(times, [1, 2, 3]), scatter=0.0, **option)
+
+
 @pytest.mark.parametrize("missed", [(1, 2), (4, 5, 6), (3, 4, 5, 6, 7, 8)])
 def test_flights_at_rest_lead_over_many_missed_impacts(missed: tuple[int, ...]) -> None:
     """Three or more in a row, or the second and third: all hits before or after were rejected."""
