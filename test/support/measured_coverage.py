@@ -21,6 +21,8 @@ SEED, SEED_ODD, SEED_MISSED = 20095, 8101, 20097
 _TAIL = 0.025
 _ODD, _APART = 0.05, 5.0
 """Parts of impacts that are missed, and of false ones; errors by which these are off true ones."""
+_MOST_BEFORE = 0.1
+"""Of a false first hit, s."""
 
 
 @dataclass(frozen=True)
@@ -166,6 +168,13 @@ def missed_impacts(
         )
     seen = runs[0] + _noise(rng, cell)
     return np.delete(seen, missed), runs[0][list(missed)]
+
+
+def false_first_hit(cell: Cell, place: int) -> NDArray[np.float64]:
+    """Hits of the same experiments with a false one up to 0.1 s before them."""
+    hits, _ = missed_impacts(cell, place, ())
+    before = np.random.default_rng([SEED_MISSED, place]).uniform(0.0, _MOST_BEFORE)
+    return np.concatenate([[hits[0] - before], hits])
 
 
 def is_wrong(fit: ImpactFit, restitution: float) -> bool:

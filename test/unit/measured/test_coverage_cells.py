@@ -16,6 +16,7 @@ from support.measured_coverage import (
     Cell,
     Summary,
     experiments,
+    false_first_hit,
     held_with_odd_hits,
     is_wrong,
     missed_impacts,
@@ -157,4 +158,22 @@ def test_missed_impacts_give_no_wrong_preset(cell: Cell, missed: tuple[int, ...]
             with contextlib.suppress(InputError):
                 presets += bool(fit.preset)
     print(f"{cell}, missed {missed}: {held} of {_FEW} held, {presets} presets")
+    assert not wrong
+
+
+@pytest.mark.soak
+@pytest.mark.timeout(3600)
+def test_a_false_first_hit_gives_no_wrong_preset() -> None:
+    """Eighty experiments; a hit that is taken is an impact, or has other impacts after it."""
+    wrong, held, presets, taken, cell = [], 0, 0, 0, ODD_HITS[1]
+    for place in range(2 * _FEW):
+        with contextlib.suppress(FailedError):
+            hits = false_first_hit(cell, place)
+            fit = fit_impacts(hits, frequency=20.0, scatter=0.0)
+            held += fit["restitution"].low < cell.restitution < fit["restitution"].high
+            taken += hits[0] not in fit.rejected
+            wrong += [place] * is_wrong(fit, cell.restitution)
+            with contextlib.suppress(InputError):
+                presets += bool(fit.preset)
+    print(f"{cell}, a false first hit: {held} held, {presets} presets, {taken} taken")
     assert not wrong

@@ -21,7 +21,7 @@ from bouncing_disk_ros import FailedError, InputError, bag, fit_impacts, load_pr
 from bouncing_disk_ros.core.model import ImpactKind, join_rows
 from bouncing_disk_ros.measured import fit as fitting
 from bouncing_disk_ros.measured import fit_impacts as executable
-from bouncing_disk_ros.measured.goodness import probability_of
+from bouncing_disk_ros.measured.goodness import evidence_of, probability_of
 from bouncing_disk_ros.measured.picture import panels_of, tables_of
 from bouncing_disk_ros.measured.profiles import Data, Interval, Model, Profiles, interval_text
 from bouncing_disk_ros.measured.reading import recording_of
@@ -338,7 +338,6 @@ def test_numbers_of_numpy_are_numbers() -> None:
     )
 
 
-def test_a_height_tells_gravity_and_all_that_follows_from_it() -> None:
 def test_a_time_error_is_that_of_the_median_one_of_the_errors() -> None:
     """The errors were left out: a hit that is 2 ms late, and known as bad, had the error of all."""
     times = at_rest(np.random.default_rng(3), 14, 1e-5, 0.0, 0.8)
@@ -353,6 +352,7 @@ def test_a_time_error_is_that_of_the_median_one_of_the_errors() -> None:
     assert ends == pytest.approx(expected, abs=0.01 * (expected[1] - expected[0]))
 
 
+def test_a_height_tells_gravity_and_all_that_follows_from_it() -> None:
     """On the moon: speeds, the law with drag and the preset are those of its gravity."""
     run = simulate(
         6.0, axial_amplitude=0.0, restitution=0.8, gravity=1.62, preload=0.0, initial_height=0.5,
@@ -521,6 +521,36 @@ def test_a_drop_ends_with_the_first_impact_of_a_flight(option: dict[str, float])
     times = at_rest(np.random.default_rng(0), 16, 1e-4, 0.0, 0.85)
     with pytest.raises(InputError, match=r"but no flight begins with the first hit, at 0\.29"):
         fit_impacts(np.delete(times, [1, 2, 3]), scatter=0.0, **option)
+
+
+@pytest.mark.parametrize("scatter", [0.0, 0.003])
+@pytest.mark.parametrize("missed", [(), (1,), (15,), (1, 15, 16), (18,)])
+def test_the_evidence_of_a_gap_is_that_of_its_parts(
+    missed: tuple[int, ...], scatter: float
+) -> None:
+    """Parameters and errors are given, so nothing joins them. A missed impact has any error.
+
+    Not so without scatter: the second impact of a part is worth its error in those of a hit.
+    """
+    seen, phase = on_plate(24, 0.55, 0.5)
+    own = np.array([0.5, 0.55 * math.pi * GRAVITY / OMEGA**2, phase, OMEGA, 0.0, 0.0])
+    is_missed = np.isin(np.arange(24), missed)
+
+    def evidence(places: NDArray[np.int64], error: float, contacts: tuple[int, ...] = ()) -> float:
+        errors = np.where(is_missed[places], error, 1e-5)
+        data = Data(seen[places], errors, is_missed[places], True, 1e-6, contacts=contacts)
+        return evidence_of(Profiles(data, Model((), GRAVITY, scatter), own), 0)
+
+    before, after = np.arange(10), np.arange(14, 24)
+    whole = np.concatenate([before, after])
+    parts = evidence(before, 1e-2) + evidence(after, 1e-2)
+    # rounding of times, in errors: 1e-11 of squares below 30, in some hundred steps
+    assert evidence(whole, 1e-2, (9,)) == pytest.approx(parts, abs=1e-7)
+    # what a missed impact still pulls: 10 ms to the 0.2 ms by which scatter moves it, squared
+    pull = (2e-4 / 1e-2) ** 2
+    seconds = is_missed[[1, 15]].sum() if scatter == 0.0 else 0
+    expected = parts + seconds * math.log(10.0)
+    assert evidence(whole, 1e-1, (9,)) == pytest.approx(expected, abs=len(seen) * pull)
 
 
 @pytest.mark.parametrize("missed", [(1, 2), (4, 5, 6), (3, 4, 5, 6, 7, 8)])
