@@ -36,6 +36,8 @@ AXES = ("axial_forcing", "restitution")
 FEIGENBAUM = 4.669201609102990
 """What the ratios of the distances between doublings tend to (M. J. Feigenbaum, 1978)."""
 _MARCH = 48
+_FURTHEST = 1.0
+"""How far (rad, πg/ω) Newton's method may be sent: from further away it has led to other orbits."""
 _SETTLE = 4000
 _HALVINGS = 40
 _ONSET_STEPS = 64
@@ -71,6 +73,8 @@ def moved(orbit: PeriodicOrbit, axis: str, value: float) -> PeriodicOrbit:
     if not contacts and abs(np.linalg.det(matrix)) > 1e-12:
         rate = np.linalg.solve(matrix, tangent[:, 2 + AXES.index(axis)])
         shift = rate * (value - getattr(orbit.map, axis))
+        if np.abs(shift).max() > _FURTHEST:
+            raise InputError(axis, value, "a value nearer to the orbit's", "It leads too far away")
     speed = min(start.axial_impact_velocity + shift[1], 0.5 * start.axial_impact_velocity)
     guess = MapState(start.forcing_phase + shift[0], speed)
     found = periodic_orbit(replace(orbit.map, **{axis: value}), guess, orbit.impacts)

@@ -19,6 +19,7 @@ from bouncing_disk_ros.maps.bifurcations import (
     period_doublings,
 )
 from bouncing_disk_ros.maps.next_collision import MapState, NextCollisionMap
+from bouncing_disk_ros.maps.period_one import existence_limit, stability_limit
 from bouncing_disk_ros.maps.periodic_orbit import fixed_point
 from support.checks import refused, there
 
@@ -99,6 +100,16 @@ def test_the_ratios_tend_to_feigenbaums_constant_and_downward_there_is_no_doubli
     assert period_doublings(fixed_point(0.45, 0.5), "axial_forcing", 0.34) == []
     assert period_doublings(fixed_point(0.45, 0.5), "axial_forcing", 0.1) == []  # past the fold
     assert len(period_doublings(fixed_point(0.45, 0.5), "axial_forcing", 0.5)) == 1
+
+
+@pytest.mark.parametrize(
+    ("restitution", "limit"), [(0.3, 13.0), (0.5, 8.135), (0.8, 3.0), (0.97, 1.0)]
+)
+def test_doublings_do_not_depend_on_how_far_the_limit_is(restitution: float, limit: float) -> None:
+    """Long steps led to another orbit: a wrong doubling, none, or an error of Newton's method."""
+    orbit = fixed_point(existence_limit(restitution) + 1e-3, restitution)
+    (first,) = period_doublings(orbit, "axial_forcing", limit, 1)
+    assert first.value == pytest.approx(stability_limit(restitution), rel=1e-12)
 
 
 def test_the_chaotic_attractor_begins_to_chatter() -> None:
