@@ -64,6 +64,9 @@ def _idle(values: Mapping[str, Value]) -> Iterator[Idle]:
     if not values["starts"]:
         hint = "It is the window of the starts, and starts is 0."
         yield "velocity_begin", "none without starts", hint
+        if values["initial_velocity"] == 0.0:
+            hint = "The first value starts on the period-1 orbit, or at initial_velocity < 0."
+            yield "initial_phase", "0 without initial_velocity", hint
 
 
 def _pictures(study: Bifurcation, result: xr.Dataset) -> Mapping[str, Figure]:

@@ -98,6 +98,7 @@ def test_what_is_given_stays_and_integers_are_cast_and_the_file_of_figure_3_fits
         ("bifurcation", {"kept": 3000}, "kept: got 3000, allowed: at most measured = 2000"),
         ("bifurcation", {"starts": 5, "initial_velocity": -1.0}, "allowed: 0 with starts. The 5"),
         ("bifurcation", {"starts": 5, "initial_phase": 1.0}, "initial_phase: got 1.0, allowed: 0"),
+        ("bifurcation", {"initial_phase": 1.0}, "initial_phase: got 1.0, allowed: 0 without"),
         ("bifurcation", {"starts": 5, "velocity_begin": 0.0}, "The window is empty"),
         ("bifurcation", {"velocity_begin": -3.0}, "velocity_begin: got -3.0, allowed: none with"),
         ("bifurcation", {"starts": -1}, "starts: got -1, allowed: an integer >= 0"),
