@@ -516,7 +516,7 @@ def test_a_gap_on_a_vibrating_platform_splits_the_recording(count: int) -> None:
 
 
 @pytest.mark.parametrize("option", [{"height": 0.34}, {"fall_time": 0.26}])
-def test_a_drop_ends_with_the_first_impact_of_a_flight(option: dict[str, float]) -> None:
+def test_a_drop_ends_with_the_first_impact_of_a_flight(option: dict[str, Any]) -> None:
     """The second to fourth impact are missed, the first hit is rejected: g was 36 m/s²."""
     times = at_rest(np.random.default_rng(0), 16, 1e-4, 0.0, 0.85)
     with pytest.raises(InputError, match=r"but no flight begins with the first hit, at 0\.29"):
