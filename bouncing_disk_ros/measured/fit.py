@@ -116,7 +116,7 @@ def fit_impacts(
       is missed: then gravity is found. `fall_time`: of that drop, s, from the release to the first
       impact, as exact as the times; 0: not known.
     - `time_error`: standard deviation of the times, s; 0: fitted. `errors`: one for each time, s:
-      only their ratios count, and time_error is that of the median one.
+      only their ratios count, and time_error is the error of the median hit.
     - `scatter`: standard deviation of the restitution from impact to impact; below 0: fitted.
     - `column`, `namespace`: of a text and of a bag that have several.
 
@@ -594,9 +594,10 @@ class _Known:
                      for multiple in _MULTIPLES]  # fmt: skip
         still = replace(self, frequency=0.0, frequency_error=0.0, phase=None)
         with ThreadPoolExecutor() as beside:  # `still` takes as long as all multiples
-            alone = beside.submit(still._explained, part, errors, least)
+            moves = self.amplitude > 0.0  # a platform with a known amplitude
+            alone = None if moves else beside.submit(still._explained, part, errors, least)
             logs = np.array([one._explained(part, errors, least) for one in multiples])
-        at_rest = alone.result() if self.amplitude == 0.0 else -math.inf  # a known one: it moves
+        at_rest = alone.result() if alone else -math.inf
         if max(at_rest, logs.max()) == -math.inf:
             return math.nan, 0.0, 0.0
         is_whole = len(recording.times) == len(part.times)

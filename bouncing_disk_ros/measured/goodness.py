@@ -66,17 +66,18 @@ def evidence_of(profiles: Profiles, odd: int) -> float:
     """Logarithm of how much likelier flights of a chain are than hits of no law; nan: not told.
 
     `odd`: hits that are left out, missed impacts, contacts and gaps. Each costs as a false hit does
-    in the search for the chain. There a gap costs three of them. With half or
-    twice of either cost at most one of 30 recordings had another chain; of four with two gaps three
-    hits apart, two had. A contact or a gap also leaves out the equations at its two ends.
+    in the search for the chain. There a gap costs three of them. With half or twice of either cost
+    at most one of 30 recordings had another chain; of four with two gaps three hits apart, two had.
+    A contact or a gap also leaves out the equations at its two ends.
     The likelihood is integrated over the parameters as by Schwarz ("Estimating the dimension of a
     model", 1978): each costs half of the logarithm of the number of equations. A missed second
     impact of a part is one more parameter, whose density is one over the interval of the flights
-    around it. With a scatter of 0, where log_det is 0, it costs less by the logarithm of its error
-    in those of a hit, 7: without that, fewer such chains are told. If hits of no law are the truth,
-    the ratio of both likelihoods exceeds x with a probability of 1/x at most (Markov's inequality).
-    That is for one chain. The likeliest of all exceeds x more often: on a vibrating platform, where
-    many chains are possible, in a third of lists of twelve hits it exceeds a hundred.
+    around it. With a scatter of 0, where log_det is 0, it costs 7 less: the logarithm of its error
+    over the error of a hit. Without that, fewer such chains are found. If hits of no law are the
+    truth, the ratio of both likelihoods exceeds x with a probability of 1/x at most (Markov's
+    inequality). That is for one chain. The likeliest of all exceeds x more often: on a vibrating
+    platform, where many chains are possible, in a third of lists of twelve hits it exceeds a
+    hundred.
     """
     node, data, model = profiles.best, profiles.data, profiles.model
     if profiles.degrees < 1 and not data.is_absolute:

@@ -377,6 +377,7 @@ def _chains(
         _begin_with(times, j, own, g, costs, takeoffs, sources, anew)
         best = np.argmin(costs[j])
         _leave(times, j, best, separation, own, error, g, costs, takeoffs, sources)
+        # a chain that costs more here cannot become the likeliest one
         useless = min(found, most) + _MOST * (times.size - 1 - j)
         for slot in range(costs.shape[1]):
             if costs[j, slot] < min(costs[j, best] + _HOPELESS, useless):

@@ -530,7 +530,7 @@ def test_the_evidence_of_a_gap_is_that_of_its_parts(
 ) -> None:
     """Parameters and errors are given, so nothing joins them. A missed impact has any error.
 
-    Not so without scatter: the second impact of a part is worth its error in those of a hit.
+    Not so without scatter: a missed second impact is worth its error over the error of a hit.
     """
     seen, phase = on_plate(24, 0.55, 0.5)
     own = np.array([0.5, 0.55 * math.pi * GRAVITY / OMEGA**2, phase, OMEGA, 0.0, 0.0])
