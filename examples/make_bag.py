@@ -21,6 +21,7 @@ import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
 from bouncing_disk_ros import bag, simulate
+from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.ros.from_messages import impact_fields
 from bouncing_disk_ros.run.input_records import to_json
 
@@ -66,4 +67,7 @@ def given_or_made() -> Iterator[str]:
 
 
 if __name__ == "__main__":
-    make_bag(sys.argv[1] if len(sys.argv) > 1 else "run_1")
+    try:
+        make_bag(sys.argv[1] if len(sys.argv) > 1 else "run_1")
+    except InputError as error:
+        sys.exit(f"make_bag: {error}")
