@@ -461,7 +461,9 @@ class _Known:
         try:
             found = alone._flights(part, errors)
             is_other = is_during[found.chain.kept].any()
-            is_other &= part_possible(found.profiles, found.draws) >= LEVEL
+            if not (is_other and alone._evidence(found, part) >= -math.log(REFUTED)):
+                return None  # before its draws
+            is_other = part_possible(found.profiles, found.draws) >= LEVEL
             is_other &= alone._physical(found, part) >= -math.log(REFUTED)
             return alone._results(part, errors, found) if is_other else None
         except (InputError, FailedError):

@@ -82,7 +82,8 @@ def _takeoff(
 @kernel
 def _landing(before: float, takeoff: float, own: NDArray[np.float64], g: float) -> float:
     """Time of the end of a flight, nan if there is none."""
-    a, start = abs(own[AMPLITUDE]), _platform(own, before)[0]
+    a = abs(own[AMPLITUDE])
+    start, speed = _platform(own, before)
     longest = (takeoff + sqrt(max(takeoff * takeoff + 2.0 * g * (start + a), 0.0))) / g
     if a == 0.0:
         return before + longest
@@ -90,14 +91,20 @@ def _landing(before: float, takeoff: float, own: NDArray[np.float64], g: float) 
         return np.nan
     above, points = sqrt(max(takeoff * takeoff + 2.0 * g * (start - a), 0.0)), _GRID / (g * longest)
     first, last = ceil((takeoff - above) * points), int((takeoff + above) * points)
-    is_above, i = False, 0
+    w, is_above, i = own[FREQUENCY], False, 0
+    by_cos, by_sin = cos(w * longest / _GRID), sin(w * longest / _GRID)
+    x, y = start, speed / w  # of the platform: turned by a step, which is faster than its sine
     while i < _GRID:
         i += 1
         if first <= i < last:  # in between the disk is higher than the platform ever is
             is_above, i = True, last
+            x, y = _platform(own, before + longest * i / _GRID)
+            y /= w
+        else:
+            x, y = x * by_cos + y * by_sin, y * by_cos - x * by_sin
         since = longest * i / _GRID
         height = start + takeoff * since - 0.5 * g * since * since
-        was_above, is_above = is_above, height > _platform(own, before + since)[0]
+        was_above, is_above = is_above, height > x
         if was_above and not is_above:
             break
     else:
