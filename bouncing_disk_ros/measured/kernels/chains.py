@@ -169,14 +169,24 @@ def _moved(
 
 
 @kernel
+def _size(flight: float, error: float, part: float) -> float:
+    """Of the errors of a landing: from those of times, and a part of the flight."""
+    return sqrt(error * error + (part * flight) ** 2)
+
+
+@kernel
+def _half_square(away: float, size: float) -> float:
+    return min(0.5 * (away / size) ** 2, _FAR)
+
+
+@kernel
 def _law(flight: float, error: float, times: float) -> tuple[float, float, float, float, float]:
     """Two sizes of the errors of a landing, their shares, and the logarithm of both together.
 
     The density is in parts of one over the flight. `error`: from those of times; `times`: by which
     the errors of the law are larger.
     """
-    narrow = sqrt(error * error + (times * _NARROW * flight) ** 2)
-    wide = sqrt(error * error + (times * _WIDE * flight) ** 2)
+    narrow, wide = _size(flight, error, times * _NARROW), _size(flight, error, times * _WIDE)
     near, far = max(flight, narrow) / (5.0 * narrow), max(flight, wide) / (5.0 * wide)
     return narrow, wide, near, far, log(near + far)
 
@@ -190,10 +200,9 @@ def _cost(
     `before`: its cost without that hit.
     """
     narrow, wide, near, far, top = law
-    x = min(0.5 * (away / wide) ** 2, _FAR)
+    x, y = _half_square(away, wide), _half_square(away, narrow)
     if not before - top + x < most:
         return inf
-    y = min(0.5 * (away / narrow) ** 2, _FAR)
     return before - log(near * exp(-y) + far * exp(-x))
 
 
@@ -262,13 +271,15 @@ def _go_on(
     error: float,
     g: float,
     dead: float,
+    most: float,
     costs: NDArray[np.float64],
     takeoffs: NDArray[np.float64],
     sources: NDArray[np.int64],
 ) -> None:
     """From the chain that ends in slot `source` of hit j to later hits.
 
-    A landing that has its hit is not missed.
+    A landing that has its hit is not missed. Chains that cannot cost less than `most` in the end
+    are left out.
     """
     before, takeoff, spent = times[j], takeoffs[j, source, 0], costs[j, source]
     slots, end = costs.shape[1] // _SKIPPED, min(j + _SKIPPED + 1, times.size)
@@ -283,15 +294,16 @@ def _go_on(
         if not flight > 0.0:
             return
         begun = sqrt(moves[0, 0] ** 2 + moves[0, 1] ** 2)
-        spread = _moved(before, landing, takeoff, moves, own, g)
-        law, is_reached = _law(flight, spread * error, 1.0 + m), False
+        spread = _moved(before, landing, takeoff, moves, own, g) * error
+        wide, is_reached = _size(flight, spread, (1.0 + m) * _WIDE), False
         for k in range(j + 1, end):
             a, away = k - j - 1, times[k] - landing
-            is_reached |= abs(away) < 2.0 * law[1]
-            slot = a * slots + m
-            if times[k] > before:
-                cost = _cost(away, law, spent + ODD * a, costs[k, slot])
-                if cost < costs[k, slot]:
+            is_reached |= abs(away) < 2.0 * wide
+            slot, cost = a * slots + m, spent + ODD * a
+            below = min(costs[k, slot], most + _MOST * (times.size - 1 - k))
+            if times[k] > before and cost - _MOST + _half_square(away, wide) < below:
+                cost = _cost(away, _law(flight, spread, 1.0 + m), cost, below)
+                if cost < below:
                     costs[k, slot], sources[k, slot] = cost, source
                     u, by_end, by_begin = _takeoff(before, times[k], own, g)
                     takeoffs[k, slot, 0] = u
@@ -385,10 +397,11 @@ def _chains(
         best = np.argmin(costs[j])
         _leave(times, j, best, separation, own, error, g, costs, takeoffs, sources)
         # a chain that costs more here cannot become the likeliest one
-        useless = min(found, most) + _MOST * (times.size - 1 - j)
+        bound = min(found, most)
+        useless = bound + _MOST * (times.size - 1 - j)
         for slot in range(costs.shape[1]):
             if costs[j, slot] < min(costs[j, best] + _HOPELESS, useless):
-                _go_on(times, j, slot, own, error, g, dead, costs, takeoffs, sources)
+                _go_on(times, j, slot, own, error, g, dead, bound, costs, takeoffs, sources)
         slot, before_gap = _ends(j, costs, sources)
         left = ODD * (times.size - 1 - j)
         if slot >= 0 and costs[j, slot] + left < found:
