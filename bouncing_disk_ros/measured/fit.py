@@ -254,10 +254,12 @@ class _Known:
 
     def _results(self, recording: Recording, errors: Array | None, found: _Sequence) -> ImpactFit:
         """All results of a fit: intervals, other frequencies, a second disk, impacts to come."""
-        chain, profiles, draws = found.chain, found.profiles, found.draws
+        chain, profiles = found.chain, found.profiles
         data = profiles.data
         rejected = np.delete(recording.times, chain.kept)
         with ThreadPoolExecutor() as beside:  # the kernels let go of the GIL
+            second = beside.submit(self._second, recording, errors, chain)
+            draws = found.draws
             told = beside.submit(self._parameters, profiles, draws)
             possible = beside.submit(part_possible, profiles, draws)
             rival, other = self._others(recording, errors, found)
@@ -286,7 +288,7 @@ class _Known:
             possible.result(), other, rival,
             self._chance(found, recording),
             self._alternatives(recording, errors, found, parameters),
-            self._second(recording, errors, chain),
+            second.result(),
             _untold(parameters) if is_told else tuple(parameters), laws,
             predicted(profiles, draws) if is_told else NOTHING, profiles, recording.sound,
         )  # fmt: skip
