@@ -385,7 +385,7 @@ def check_together(values: Mapping[str, Value]) -> None:
     """Rules that hold between parameters, of a whole set; InputError names the field at fault."""
     preload, mass, gravity = (float(values[name]) for name in ("preload", "mass", "gravity"))
     if not preload > -mass * gravity:
-        allowed = f"a finite number > −mass × gravity = {-mass * gravity:g} N"
+        allowed = f"a finite number > −mass × gravity = {0.0 - mass * gravity:g} N"
         raise InputError("preload", preload, allowed, "Otherwise nothing presses the disk down.")
     factor = float(values["real_time_factor"])
     if 0.0 < factor < SLOWEST:

@@ -141,6 +141,7 @@ def test_preload_must_leave_the_disk_pressed_down(
     ("given", "words"),
     [
         ({"restituton": 0.5}, "Did you mean restitution"),
+        ({"gravity": 0.0}, r"preload: got 0.0, allowed: .*mass × gravity = 0 N"),
         ({"real_time_factor": 0.0}, ""),
         ({"real_time_factor": 1e-6}, ""),
         ({"real_time_factor": 1e-7}, r"real_time_factor: got 1e-07, allowed: 0 .free"),
