@@ -31,6 +31,8 @@ from bouncing_disk_ros.measured.kernels.rest_laws import (
 
 _LEAST_PART = 1e-3
 """Of a step."""
+_MOST_STEPS = 3.0
+"""That are made as one."""
 _WAIT = 10
 """Rounds in which the squared step has to be halved: so many double the least part to a whole."""
 _CLOSE = 1e-12
@@ -260,6 +262,32 @@ def _part(p: NDArray[np.float64], free: NDArray[np.int64], by: NDArray[np.float6
 
 
 @rare_kernel
+def _sum_of_steps(
+    sig: NDArray[np.float64],
+    h: NDArray[np.float64],
+    by: NDArray[np.float64],
+    move: NDArray[np.float64],
+    last_by: NDArray[np.float64],
+    last_move: NDArray[np.float64],
+    last: float,
+    part: float,
+) -> float:
+    """How many such steps all coming ones add up to, if each is the same part of the one before.
+
+    `last`: squared length of the step before, inf if that was no whole one. `part`: of this step;
+    it stays as it is if the step is no whole one.
+    """
+    if part < 1.0 or last == inf:
+        return part
+    total = 0.0
+    for i in range(by.size):
+        total += last_by[i] * _product(h[i], by)
+    for k in range(sig.size):
+        total += last_move[k] * move[k] / sig[k] ** 2
+    return 1.0 / max(1.0 - total / last, 1.0 / _MOST_STEPS)
+
+
+@rare_kernel
 def _sum_of_squares(
     t: NDArray[np.float64],
     sig: NDArray[np.float64],
@@ -397,9 +425,11 @@ def fit_times(
     c⁻², which count among the squares; h (free, free): the information in units of c⁻²; b (n, 3):
     B; low (n, 3): Cholesky factor of S. A step of Gauss and Newton is shortened until that from its
     end, with the same derivatives, is shorter too (natural test of Deuflhard, "Newton Methods for
-    Nonlinear Problems", 2004). Far from the times such steps can go back and forth for ever (Ascher
-    and Osborne, "A note on solving nonlinear equations and the natural criterion function", 1987).
-    So the search ends where steps do not become shorter.
+    Nonlinear Problems", 2004). Near the end each step is a nearly constant part of the one before,
+    so after a whole step the next ones are made as one (Aitken's delta-squared process). Far from
+    the times such steps can go back and forth for ever (Ascher and Osborne, "A note on solving
+    nonlinear equations and the natural criterion function", 1987). So the search ends where steps
+    do not become shorter.
     """
     n, size = t.size - 2, free.size
     e, every, d, white = np.empty(n), np.empty((PARAMETERS, n)), np.empty((size, n)), np.empty(n)
@@ -410,6 +440,7 @@ def fit_times(
     if not _equations(th, p, kinds, g, e, b, every):
         return _IMPOSSIBLE, 0.0
     part, length, is_found, least, since = 1.0, 0.0, False, inf, 0
+    last_by, last_move, last = by.copy(), move.copy(), inf
     while since < _WAIT:
         if not _factor(b, sig, rho, low) < inf:
             return _IMPOSSIBLE, 0.0
@@ -421,13 +452,16 @@ def fit_times(
         is_found = length < _CLOSE * t.size
         least, since = (length, 0) if length < 0.5 * least else (least, since + 1)
         part = min(_part(p, free, by), 2.0 * part)
+        part = _sum_of_steps(sig, h, by, move, last_by, last_move, last, part)
         while part > _LEAST_PART:
             q, places = _added(p, free, part, by), th + part * move
             if _equations(places, q, kinds, g, e2, b2, every2):
                 _pull(q, known, free, pull)
                 after = _step(t, sig, places, e2, b, low, d, h, pull, white2, by2, move2)
-                if is_found or after < (1.0 - 0.5 * part) ** 2 * length:
+                most = (1.0 - 0.5 * min(part, 1.0)) ** 2 + max(part - 1.0, 0.0) ** 2
+                if is_found or after < most * length:
                     th[:], p[:], e[:], b[:], every[:] = places, q, e2, b2, every2
+                    last_by[:], last_move[:], last = by, move, length if part == 1.0 else inf
                     break
             part *= 0.5
         if is_found or part <= _LEAST_PART:
