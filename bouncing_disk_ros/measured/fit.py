@@ -262,10 +262,14 @@ class _Known:
             draws = found.draws
             told = beside.submit(self._parameters, profiles, draws)
             possible = beside.submit(part_possible, profiles, draws)
-            rival, other = self._others(recording, errors, found)
+            value = self._other_value(recording, errors, found)
+            rival, other = math.nan, math.nan
+            if value is None:
+                rival, other = self._others(recording, errors, found)
         parameters = told.result()
         laws = laws_of(profiles) if self.frequency == 0.0 else ()
         better = f"the times fit {other:.5g} Hz better" if other > 0.0 else ""
+        better = f"the times fit {value[0]} {value[1]:.4g} better" if value else better
         _check(recording.name, parameters["restitution"], better)
         is_told = profiles.degrees > 0 or profiles.data.is_absolute
         if is_told:
@@ -285,7 +289,7 @@ class _Known:
             recording.name, self.frequency / math.tau, self.gravity, self.height, parameters, times,
             np.where(missed, np.nan, data.times[hits] - times), missed, rejected,
             flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0], contacts, probability,
-            possible.result(), other, rival,
+            possible.result(), other, value, rival,
             self._chance(found, recording),
             self._alternatives(recording, errors, found, parameters),
             second.result(),
@@ -550,8 +554,12 @@ class _Known:
         times = recording.times[:_MOST_SCANNED]
         if self.frequency == 0.0 or len(times) < _FEWEST:
             return math.nan
-        if FREQUENCY not in self.free and (near := profiles.refuted(FREQUENCY, REFUTED)):
-            return near / math.tau
+        if FREQUENCY not in self.free:
+            model = replace(profiles.model, free=(*self.free, FREQUENCY))
+            with contextlib.suppress(np.linalg.LinAlgError):
+                freed = Profiles(profiles.data, model, profiles.estimate)
+                if profiles.refuted(freed, REFUTED):
+                    return float(freed.best.p[FREQUENCY]) / math.tau
         phase, used = self.phase and self.phase[0], float(profiles.estimate[FREQUENCY])
         found = other_frequency(times, used, self.gravity, phase)
         if found is None:
@@ -566,6 +574,35 @@ class _Known:
             costs.append(fitted.cost(fitted.best))
         is_better = costs[0] - costs[1] > -2.0 * math.log(REFUTED)
         return found / math.tau if is_better else math.nan
+
+    def _other_value(
+        self, recording: Recording, errors: Array | None, found: _Sequence
+    ) -> tuple[str, float] | None:
+        """The name of a given value that the times refute, and the value that they fit better.
+
+        That is the amplitude, or the phase of a reference: at the level of a preset, or where the
+        platform moves the other way. None, if even without it another frequency fits better.
+        """
+        profiles, tried = found.profiles, []
+        is_turned = profiles.estimate[AMPLITUDE] < 0.0
+        is_turned = is_turned and profiles.interval(AMPLITUDE, -math.inf, 0.0).high < 0.0
+        for name, index, free in (
+            ("forcing_phase", PHASE, replace(self, phase=None)),
+            ("axial_amplitude", AMPLITUDE, replace(self, amplitude=0.0)),
+        ):
+            if free == self:
+                continue
+            with contextlib.suppress(FailedError):
+                freed = free._profiles(recording.name, profiles.data, profiles.estimate)
+                if is_turned or profiles.refuted(freed, REFUTED):
+                    other, value = replace(found, profiles=freed), float(freed.estimate[index])
+                    tried.append((free._physical(other, recording), name, value, free, other))
+        evidence, name, value, free, other = max(
+            tried, key=lambda one: one[0], default=(-math.inf, "", 0.0, self, found)
+        )
+        if evidence == -math.inf or free._others(recording, errors, other)[1] > 0.0:
+            return None
+        return name, value % math.tau if name == "forcing_phase" else value
 
     def _others(
         self, recording: Recording, errors: Array | None, found: _Sequence

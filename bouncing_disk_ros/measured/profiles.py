@@ -606,21 +606,19 @@ class Profiles:
 
         return distribution
 
-    def refuted(self, index: int, chance: float) -> float:
-        """The likeliest value of a parameter that is not free, if the data refute the given one.
+    def refuted(self, freed: Profiles, chance: float) -> bool:
+        """Whether these data refute this model, if `freed` has one parameter more, at this level.
 
-        0 if its interval with a probability of 1 - chance holds that, or there are too few data.
+        That is also one without the phase of a reference, which is a datum here.
         """
-        model = replace(self.model, free=(*self.model.free, index))
-        try:
-            freed = Profiles(self.data, model, self.estimate)
-        except np.linalg.LinAlgError:
-            return 0.0
         if freed.degrees < 1 and not self.data.is_absolute:
-            return 0.0
-        costs = [min(one.cost(node) for node in one.nodes) for one in (self, freed)]
-        is_refuted = 1.0 - freed._share(1.0, costs[0] - costs[1]) < 0.5 * chance
-        return float(freed.best.p[index]) if is_refuted else 0.0
+            return False
+        costs = []
+        for one in (self, freed):  # a reference adds the logarithm of its variance
+            logs = [node.log_det + math.log(one._weights.get(node.rho, 1.0)) for node in one.nodes]
+            costs.append(min(freed.cost(replace(node, log_det=log))
+                             for node, log in zip(one.nodes, logs, strict=True)))  # fmt: skip
+        return 1.0 - freed._share(1.0, costs[0] - costs[1]) < 0.5 * chance
 
     def _slopes(self, node: Node, place: int) -> Array:
         """How the other free parameters follow one along its profile."""

@@ -75,9 +75,10 @@ class ImpactFit:
     `probability`: of residuals as odd as these if the model is true; nan with too few
     impacts, or if the residuals are rounding of the times. `possible`: probability that no flight
     goes below the platform. `other_frequency`: a frequency that the times fit better than the
-    one of the fit, Hz, or nan. `rival`: a multiple of the frequency that these data do not exclude,
-    Hz, 0 for a platform at rest, or nan. `chance`: estimate of the probability that hits of no
-    law have flights as likely as these; nan with too few impacts. `alternatives`: other
+    one of the fit, Hz, or nan. `other_value`: the name of a given amplitude or phase and the value
+    that they fit better, or None. `rival`: a multiple of the frequency that these data do not
+    exclude, Hz, 0 for a platform at rest, or nan. `chance`: estimate of the probability that hits
+    of no law have flights as likely as these; nan with too few impacts. `alternatives`: other
     impacts, with other parameters, that these hits do not exclude at a level of 1 %. `second`: the
     fit of rejected hits, where they are flights of a second disk.
     `untold`: parameters that these data do not tell. `laws`: at rest, laws of the restitution with
@@ -101,6 +102,7 @@ class ImpactFit:
     probability: float
     possible: float
     other_frequency: float
+    other_value: tuple[str, float] | None
     rival: float
     chance: float
     alternatives: tuple[Alternative, ...]
@@ -147,8 +149,8 @@ class ImpactFit:
         if self.second is not None:
             other = interval_text(self.second["restitution"])
             return f"two sequences: of {len(self.rejected)} rejected hits, some have ε = {other}"
-        if self.other_frequency > 0.0:
-            return f"the model does not hold: the times fit {self.other_frequency:.5g} Hz better"
+        if self._better:
+            return f"the model does not hold: the times fit {self._better} better"
         if self.alternatives:
             other = self.alternatives[0].text
             return f"these hits do not tell which impacts were missed or false: {other}"
@@ -175,9 +177,15 @@ class ImpactFit:
         frequency, or two sequences, or where `probability` is below 1 %, or `chance` above, or
         `possible` is below 95 %: no interval of 95 % can hold there.
         """
+        if self.other_value:
+            name, value = self.other_value
+            allowed = f"{value:.4g}, which the times fit better"
+            hint = "Are this value, gravity, and the delay right? If it is left out, it is fitted."
+            raise InputError("preset", f"the given {name}", allowed, hint)
         if self.untold:
             given, hint = ", ".join(self.untold), "Record a transient, or more impacts"
-            hint += ", or give forcing_phase_error." if self.frequency > 0.0 else "."
+            has_none = self.frequency > 0.0 and self.profiles.model.phase is None
+            hint += ", or give forcing_phase_error." if has_none else "."
             raise InputError("preset", f"no {given}", "a fit whose data tell all parameters", hint)
         if law := other_law(self.laws):
             given = f"{law.text}, {law.evidence(self.laws[0])}"
@@ -225,6 +233,14 @@ class ImpactFit:
             given = f"residuals that have the probability {self.probability:.2g}"
             hint = "The model does not hold: no contact, spin or other motion is in it."
             raise InputError("preset", given, f"a probability of at least {REFUTED}", hint)
+
+    @property
+    def _better(self) -> str:
+        """What the times fit better than what was given, in words; or ''."""
+        if self.other_value:
+            name, value = self.other_value
+            return f"{name} {value:.4g}"
+        return f"{self.other_frequency:.5g} Hz" if self.other_frequency > 0.0 else ""
 
     @property
     def _other(self) -> str:

@@ -223,12 +223,16 @@ def test_a_fit_that_ended_far_from_the_top_is_no_overflow() -> None:
 
 def test_a_settled_orbit_does_not_tell_its_parameters() -> None:
     """Period 1 gives one relation, cos τ = (1 - ε)/((1 + ε)Γ): no preset, but impacts to come."""
-    fit = fit_impacts(on_plate(40, 0.45, 0.5, 200)[0], frequency=20.0, scatter=0.0)
+    times, phase = on_plate(40, 0.45, 0.5, 200)
+    fit = fit_impacts(times, frequency=20.0, scatter=0.0)
     assert "restitution" in fit.untold
     assert fit["restitution"].low < 0.5 < fit["restitution"].high
     assert fit.told.startswith("n(1 − ε)/((1 + ε)Γ) = cos τ, if n = ")
     with pytest.raises(InputError, match=r"restitution.*forcing_phase_error"):
         _ = fit.preset
+    given: dict[str, Any] = {"forcing_phase": phase, "forcing_phase_error": 0.01}
+    with pytest.raises(InputError, match=r"restitution.*Record a transient, or more impacts\.$"):
+        _ = fit_impacts(times, frequency=20.0, scatter=0.0, **given).preset
 
 
 def test_a_simulated_run_gives_its_parameters_back_and_a_preset(tmp_path: Path) -> None:
@@ -828,6 +832,65 @@ def test_no_other_frequency_fits_better_than_the_true_one(
     fit = fit_impacts(seen, frequency=20.0, scatter=0.0)
     assert math.isnan(fit.other_frequency)
     assert fit.possible > 0.5
+
+
+@pytest.mark.parametrize("scatter", [0.0, -1.0])
+@pytest.mark.parametrize(
+    ("part", "off", "name"),
+    [
+        (1.0, 0.0, ""),
+        (1.0, 0.3, "forcing_phase"),
+        (1.0, 1.0, "forcing_phase"),
+        (0.5, 0.0, "axial_amplitude"),
+        (1.1, 0.0, "axial_amplitude"),
+        (2.0, 0.0, "axial_amplitude"),
+    ],
+)
+def test_a_given_value_that_the_times_refute_is_named(
+    part: float, off: float, name: str, scatter: float
+) -> None:
+    """An amplitude or a phase of a reference: without it a transient tells the true one to 2 %."""
+    runs, phases = vibrating(np.random.default_rng(11), 8, 12, 0.45, 0.5)
+    times = runs[0] + 2e-5 * np.random.default_rng(0).standard_normal(12)
+    true = {"axial_amplitude": 0.45 * math.pi * GRAVITY / OMEGA**2, "forcing_phase": phases[0]}
+    given: dict[str, Any] = {"axial_amplitude": part * true["axial_amplitude"]}
+    if name != "axial_amplitude":
+        given = {"forcing_phase": phases[0] + off, "forcing_phase_error": 0.01}
+    fit = fit_impacts(times, frequency=20.0, scatter=scatter, **given)
+    if not name:
+        assert fit.preset
+        assert not fit.doubt
+        assert fit.other_value is None
+        return
+    with pytest.raises(InputError, match=f"preset: got 'the given {name}', allowed: .* better"):
+        _ = fit.preset
+    assert fit.other_value
+    assert fit.other_value[0] == name
+    assert fit.other_value[1] == pytest.approx(true[name], rel=0.02)
+    assert f"the times fit {name} {fit.other_value[1]:.4g} better" in fit.doubt
+
+
+def test_a_reference_of_the_wrong_sign_is_named() -> None:
+    """With the scatter fitted the platform's amplitude is below 0; without, nothing fits."""
+    times, phase = on_plate(40, 0.8, 0.7, error=2e-5)
+    given: dict[str, Any] = {"forcing_phase": phase + math.pi, "forcing_phase_error": 0.01}
+    fit = fit_impacts(times, frequency=20.0, **given)
+    with pytest.raises(InputError, match="preset: got 'the given forcing_phase'"):
+        _ = fit.preset
+    assert fit.other_value
+    assert fit.other_value[1] == pytest.approx(phase, rel=0.001)
+    with pytest.raises(FailedError, match=r"no model fits.*: the times fit forcing_phase"):
+        fit_impacts(times, frequency=20.0, scatter=0.0, **given)
+
+
+def test_a_wrong_frequency_is_named_beside_a_phase_reference() -> None:
+    """Which the times refute too: without it they still fit the true frequency better."""
+    times, phase = on_plate(40, 0.8, 0.7, error=2e-5)
+    fit = fit_impacts(
+        times, frequency=20.05, scatter=0.0, forcing_phase=phase, forcing_phase_error=0.01
+    )
+    assert fit.other_frequency == pytest.approx(20.0, abs=0.02)
+    assert fit.other_value is None
 
 
 def test_hits_within_the_dead_time_are_not_taken() -> None:
