@@ -290,6 +290,9 @@ class Store:
 
     def _made(self) -> tuple[Mapping[str, Any], Layout]:
         """A new store: made beside its place, so that a half-made one is never found."""
+        if (self.path.parent / METADATA).exists():  # it would no longer be whole
+            hint = f"This is a result itself. Its folder, {self.path.parent.parent}, continues it."
+            raise InputError("output", str(self.path.parent), "a folder of results", hint)
         study, context = self._study, self._study.context()  # it may take long, or be refused
         draft = self.path.with_name(f".{self.path.name}.draft")
         if draft.is_dir() and not draft.is_symlink():

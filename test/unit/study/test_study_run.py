@@ -156,6 +156,14 @@ def test_a_study_is_that_of_the_recorded_run(
         studied("basins", tmp_path / "b", **{**small, "bag": run, "restitution": 0.4, "width": 9})
 
 
+def test_a_result_that_is_given_as_the_output_stays_whole(tmp_path: Path) -> None:
+    small: dict[str, Value] = {"width": 2, "height": 2}
+    whole = studied("basins", tmp_path / "b", **small)
+    with pytest.raises(InputError, match=r"got '.*zarr'.* Its folder, .*b, continues it"):
+        studied("basins", tmp_path / "b" / "result.zarr", **{**small, "width": 3})
+    assert whole.equals(studied("basins", tmp_path / "b", **small))
+
+
 def test_a_study_is_that_of_a_preset(tmp_path: Path) -> None:
     """What the preset decides, with the simulator's own mass, g and preload for the rest."""
     file = tmp_path / "plate.yaml"
