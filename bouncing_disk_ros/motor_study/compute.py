@@ -98,7 +98,8 @@ def _at_zero(loads: Floats, speed: Floats) -> float:
 def stall(loads: Floats, speed: Floats, limit: float) -> float:
     """The load that brings a rotor to a stop: where the mean speed crosses 0, on a straight line.
 
-    T* (`limit`) where friction gives way before, and nan where the axis ends before both.
+    T* (`limit`) where friction gives way before: the line through the last two loads says so. nan
+    where the axis ends before both, or has one load alone below T*.
     """
     begin = _at_zero(loads, speed)
     if not math.isfinite(begin):
@@ -110,10 +111,13 @@ def stall(loads: Floats, speed: Floats, limit: float) -> float:
     places, values = (loads[ahead] * sign), (speed[ahead] * sign)
     if sign < 0.0:
         places, values = places[::-1], values[::-1]
-    before, height = 0.0, abs(begin)
+    before, height, fall = 0.0, abs(begin), math.nan
     for place, value in zip(places, values, strict=True):
         if not math.isfinite(value):
-            return sign * limit if place >= limit else math.nan
+            if place < limit or math.isnan(fall):
+                return math.nan
+            return sign * float(min(limit, before + height / fall) if fall > 0.0 else limit)
+        fall = (height - value) / (place - before)
         if value <= 0.0:
             return sign * float(before + (place - before) * height / (height - value))
         before, height = float(place), float(value)

@@ -265,6 +265,9 @@ def test_stall_is_where_the_speed_is_0_and_no_load_that_turns_back_counts_for_th
     falling = 2.0 - loads
     assert stall(loads, falling, 10.0) == pytest.approx(2.0)
     assert stall(loads, np.where(loads > 1.5, np.nan, falling), 1.5) == 1.5
+    coarse = np.array([0.0, 1.0, 2.0]), np.array([2.0, 0.5, np.nan])
+    assert stall(*coarse, 1.9) == pytest.approx(4.0 / 3.0), "before friction gives way"
+    assert math.isnan(stall(coarse[0], np.array([2.0, np.nan, np.nan]), 0.9)), "none below T*"
     assert math.isnan(stall(loads, falling + 10.0, 10.0)), "the axis ends before"
     assert stall(loads, -1.0 - loads, 10.0) == pytest.approx(-1.0), "it turns the other way"
     assert math.isnan(stall(loads[4:], falling[4:], 10.0)), "0 is not on the axis"
