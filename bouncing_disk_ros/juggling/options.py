@@ -34,7 +34,7 @@ _SPECS = (
          "NAME=VALUE with commas between; names: axial_forcing, restitution_error, delay, jitter, "
          "missed, impulse, angular_forcing, start, target, phase_lag, learn"),
     replace(AXIAL_FORCING, low=1e-6),
-    RESTITUTION,
+    replace(RESTITUTION, low=1e-6),  # at 0 an impact ends in contact, as rest does
     Spec("width", 60, "", "starts along the forcing phase", low=1, high=100_000),
     Spec("height", 60, "", "starts along the velocity", low=1, high=100_000),
     Spec("velocity_begin", -5.0, "πg/ω", "window of starts: τ from 0 to 2π, w_A from this",
