@@ -83,7 +83,8 @@ def fatal_impulses(
     `label`: index in `known` of the attractor that the instants are on. An impulse changes the
     velocity of the disk; in contact, or where it acts against the flight at gap 0, an impact
     follows at once. 0: fatal however small, down to 1e-3 of the rule's smallest. nan: MOST_FOLLOWED
-    impacts after one of the sizes did not decide. Raises InputError for a rule out of range.
+    impacts after one of the sizes did not decide, or the rule's periods are too few to find that
+    the unchanged orbit is reached. Raises InputError for a rule out of range.
 
     >>> section = NextCollisionMap(axial_forcing=0.45, restitution=0.5)
     >>> known = find_attractors(section, [(0.7, -1.3)])
@@ -203,6 +204,7 @@ def _first_fatal(
         todo = todo[high[todo] == first]  # the first size of all is fatal: look below it
         first, last = 1e-3 * first, first
     high[todo] = 0.0
+    unknown[todo] |= fate(todo, np.zeros(len(todo))) != SURVIVED  # nor is the orbit itself in time
     fatal = np.flatnonzero(np.isfinite(high) & (high > 0.0))
     for _ in range(_HALVINGS_OF_CHAOS if chaotic else _HALVINGS):
         middle = 0.5 * (low[fatal] + high[fatal])
