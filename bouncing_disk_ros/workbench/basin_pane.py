@@ -40,6 +40,7 @@ from bouncing_disk_ros.maps.basin_labels import LabelRule, label_starts
 from bouncing_disk_ros.maps.basin_measures import centres
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.window_basins import label_plane
+from bouncing_disk_ros.parameters import DEFAULTS
 from bouncing_disk_ros.study.basins.options import DEFINITION as BASINS
 from bouncing_disk_ros.units import in_pi, number_text, shown_unit
 from bouncing_disk_ros.workbench.latest_work import IsObsolete, LatestWork
@@ -395,14 +396,13 @@ class BasinPane(TabPane):
 
     def _ask(self) -> None:
         """Have the window in view computed at the parameters in force."""
-        values = dict(self._values())
         try:
-            section = section_of(values)
+            section = section_of(self._values())
         except InputError as error:
             self._refuse(error)
             return
         if self._section is None or section != self._section:
-            self._change_section(section, values)
+            self._change_section(section)
         window = self._map.window
         self._map.set_ticks(window)
         if self._orbit is not None:
@@ -411,7 +411,7 @@ class BasinPane(TabPane):
             self._wanted = section, window
             self._views.ask(lambda is_obsolete: self._compute(section, window, is_obsolete))
 
-    def _change_section(self, section: NextCollisionMap, values: Mapping[str, float]) -> None:
+    def _change_section(self, section: NextCollisionMap) -> None:
         first = self._section is None
         self._section, self._shown = section, None
         self._map.figure.title.text = (
@@ -421,7 +421,7 @@ class BasinPane(TabPane):
         self._status.text = "Looking for the attractors."
         self._forget_orbit()
         if first:  # what is compiled is loaded now, so that the first click is as fast as others
-            self._orbits.ask(lambda _: _load(values))
+            self._orbits.ask(lambda _: _load())
 
     def _refuse(self, error: Exception) -> None:
         """Say in one line why there is no map."""
@@ -530,7 +530,9 @@ class BasinPane(TabPane):
         )
 
 
-def _load(values: Mapping[str, float]) -> None:
+def _load() -> None:
+    """Load the kernels with the defaults: the values in force may have no orbit from there."""
+    values = {name: value for name, value in DEFAULTS.items() if isinstance(value, float)}
     orbit_of(values, start_at(values, 1.0, -1.0))
 
 

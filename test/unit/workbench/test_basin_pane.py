@@ -277,6 +277,12 @@ def test_parameters_without_basins_are_said_in_one_line_and_others_make_another_
     assert len(opened.pane._path._path.data["height"]) == 0
 
 
+def test_basins_need_no_orbit_of_the_run() -> None:
+    """At 1e-6 Hz the disk would have to begin faster than a start may be."""
+    slow = OpenedPane(BasinPane, frequency=1e-6)
+    assert "rest: 100.00 % in this window" in slow.texts
+
+
 def test_neither_a_view_of_old_parameters_nor_a_coarse_one_takes_the_place_of_a_fine_one(
     opened: Opened,
 ) -> None:
