@@ -150,6 +150,11 @@ _HYPHEN = re.compile(r"(?<![\w)])-(?=[\d.]*\d)")
 """A hyphen before a number, where it means a minus; in period-1 it does not."""
 
 
+def say_instead(axes: Any, text: str) -> None:
+    """Say in the middle of axes in which nothing is drawn what there is none of."""
+    axes.text(0.5, 0.5, text, ha="center", transform=axes.transAxes)
+
+
 def mark_in_pi(axis: Any, step: float = 0.5, half_turn: float = 1.0) -> None:
     """Ticks of an axis as parts of π: in steps of that many, coarser or finer where that fits.
 

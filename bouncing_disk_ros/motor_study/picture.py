@@ -26,6 +26,7 @@ from bouncing_disk_ros.matplotlib_figures import (
     name_lines,
     new_figure,
     pixel_frame,
+    say_instead,
     typeset,
 )
 from bouncing_disk_ros.parameters import TABLE
@@ -139,6 +140,8 @@ def speed_torque_picture(result: xr.Dataset, load: str) -> Figure:
     for i in _spread(kind):
         _draw_line(left, torques, speed[i], efficiency[i], norm)
     left.axhline(0.0, color=GREY, linewidth=0.8)
+    if not np.isfinite(speed).any():
+        say_instead(left, "no mean speed anywhere")
     others = [float(value) for value in result[other]]
     name_lines(left, _ends(torques, speed, others, _spread(kind)))
     name_axis(left.xaxis, result[load].attrs)
@@ -204,7 +207,7 @@ def _draw_efficiency(
     name_axis(axes.xaxis, result[load].attrs)
     name_axis(axes.yaxis, result[other].attrs)
     if not np.isfinite(efficiency).any():
-        axes.text(0.5, 0.5, "no efficiency anywhere", ha="center", transform=axes.transAxes)
+        say_instead(axes, "no efficiency anywhere")
         return
     shown = np.ma.masked_invalid(efficiency)
     if _contours_show(efficiency):
@@ -248,6 +251,8 @@ def stall_picture(result: xr.Dataset) -> Figure:
             if mine.any():
                 axes.plot(places[mine], values[mine], ".", color=KIND_COLORS[number], label=name)
         axes.axhline(0.0, color=GREY, linewidth=0.8)
+        if not np.isfinite(values).any():
+            say_instead(axes, f"no {result[field].attrs['long_name']} anywhere")
         _mark_regimes(axes, result, other)
         name_axis(axes.xaxis, result[other].attrs)
         name_axis(axes.yaxis, result[field].attrs)

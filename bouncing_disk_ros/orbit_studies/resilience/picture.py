@@ -13,7 +13,13 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import BLACK
-from bouncing_disk_ros.matplotlib_figures import cell_ends, mark_in_pi, name_axis, new_figure
+from bouncing_disk_ros.matplotlib_figures import (
+    cell_ends,
+    mark_in_pi,
+    name_axis,
+    new_figure,
+    say_instead,
+)
 from bouncing_disk_ros.study.line_picture import draw_shares, few, line_colors, line_legend
 
 _NEVER, _ABSENT = "#f7c6c5", "#e8e8e8"
@@ -74,6 +80,8 @@ def _draw_pairs(
             shown = np.where(np.isfinite(values[i, :, k]), values[i, :, k], np.nan)
             dot = "." if few(shown) else ""
             axes.plot(x, shown, style, color=color, lw=1.3, marker=dot, ms=3)
+    if not np.isfinite(values).any():
+        say_instead(axes, "none is fatal, or none is known")
     axes.set_ylim(bottom=0.0)
 
 

@@ -12,7 +12,7 @@ import xarray as xr
 from bouncing_disk_ros.orbit_studies.curves import options as curves
 from bouncing_disk_ros.orbit_studies.manifolds import options as manifolds
 from bouncing_disk_ros.orbit_studies.resilience import options as resilience
-from bouncing_disk_ros.orbit_studies.resilience.picture import impulse_picture
+from bouncing_disk_ros.orbit_studies.resilience.picture import impulse_picture, resilience_picture
 from bouncing_disk_ros.study import named, run
 from support.checks import there
 from support.shown import Shown, shown
@@ -62,6 +62,8 @@ def test_manifolds_are_stored_over_the_basins() -> None:
     wrong = manifolds.lines(result.assign(saddle_share=result["saddle_share"] + 0.05))
     assert any("16.64261 % of the window, but 1" in line and "% of the starts go to period-1: this "
                "is not the whole boundary of its basin" in line for line in wrong)  # fmt: skip
+    capped = result.assign(label=0 * result["label"] - 1, fraction=0.0 * result["fraction"])
+    assert not any("of the starts go to" in line for line in manifolds.lines(capped)), "unresolved"
     assert set(result["piece_stability"].values.tolist()) == {0, 1}
 
 
@@ -133,6 +135,9 @@ def test_where_no_impulse_is_fatal_an_attractor_is_hardest_to_lose_and_named(
     endless = result.assign(line_fatal_impulse=result["line_fatal_impulse"] * math.inf)
     (legend,) = impulse_picture(endless).legends
     assert legend.get_texts()[0].get_text() == "no impulse up to 5 is fatal"
+    endless["line_least_fatal_impulse"] = endless["line_least_fatal_impulse"] * math.inf
+    said = [[text.get_text() for text in axes.texts] for axes in resilience_picture(endless).axes]
+    assert said[1:3] == [["none is fatal, or none is known"], []], "a panel without lines"
 
 
 def test_the_picture_of_impulses_is_of_a_line_that_has_fatal_ones(resilient: Shown) -> None:

@@ -379,6 +379,14 @@ def test_a_motor_at_one_point() -> None:
     assert lines[0] == "  contact_only 100.000 % of the points"
 
 
+def test_a_motor_without_means_has_no_empty_pictures() -> None:
+    figures, _, _ = undrawn(motor, x_count=2, y_count=2, friction=0.0)
+    panels = figures["speed_torque"].axes[0], *figures["stall"].axes
+    names = "mean speed", "no-load speed", "stall torque"
+    for axes, name in zip(panels, names, strict=True):
+        assert f"no {name} anywhere" in [text.get_text() for text in axes.texts]
+
+
 def test_a_motor_without_loads_on_its_axes() -> None:
     figures, _, _ = undrawn(
         motor, x_axis="phase_lag", x_begin=-1.0, x_end=1.0, x_count=3,
