@@ -49,6 +49,9 @@ def _serve(start: Start) -> int:
     """Serve a bag or a run of this process; with ROS, make the node that serves a simulator."""
     values = option_values(start.overrides, OPTIONS)
     bag, here = str(values["bag"]), environment.ros_is_here()
+    if values["namespace"] and not bag:
+        hint = "That of a live simulator is given with -r __ns:=/NAME."
+        raise InputError("namespace", values["namespace"], "none without bag", hint)
     with start.stop.loading():
         announce_compilation(NAME)
         from bouncing_disk_ros.workbench.page_server import serve

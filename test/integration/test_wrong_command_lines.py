@@ -50,6 +50,7 @@ CASES = [
     ("workbench", f"{GIVEN} port:=PORT", r"port: got \d+, allowed: a free .*in use.*-p port:=0"),
     ("workbench", f"{GIVEN} preset:=piza_multiple_toss", "preset: .*pizza_multiple_toss"),
     ("workbench", f"{GIVEN} bag:=none", "bag: got"),
+    ("workbench", f"{GIVEN} namespace:=/second", "namespace: got '/second', allowed: none without"),
     ("basins", f"{GIVEN} axial_forcin:=0.4", ".*got 'axial_forcin', .* Did you mean axial_forcing"),
     ("basins", f"{GIVEN} figures:=gif", "figures: got 'gif', allowed: any of png, pdf, svg"),
     (
