@@ -241,10 +241,14 @@ def _column(path: Path, table: list[list[str]], place: int) -> tuple[Array, int]
 
 # --- bags -----------------------------------------------------------------------------------------
 def _from_bag(path: Path, namespace: str) -> Recording:
-    """Times of the impacts of the last run, and nothing else of it."""
+    """Times of the impacts of the last run since it changed last; nothing else of it.
+
+    What changes is the motion of the platform, gravity, or the disk: a fit has one set of all.
+    """
     from bouncing_disk_ros.bag import BagError
     from bouncing_disk_ros.core.model import ImpactKind
     from bouncing_disk_ros.report.read_run import read_run
+    from bouncing_disk_ros.units import NS
 
     try:
         record = read_run(str(path), namespace=namespace or None)
@@ -253,5 +257,14 @@ def _from_bag(path: Path, namespace: str) -> Recording:
     rows = record.rows
     # the time of a chatter's tail is that of its end, even if nothing else shares its row
     single = (rows["count"] == 1) & (rows["kind"] != ImpactKind.CHATTER_TAIL)
-    times = np.asarray(rows["time"], float)[single]
-    return checked(path.name, np.unique(times), None, 0.5e-9)
+    times, name = np.unique(np.asarray(rows["time"], float)[single]), path.name
+    changed = [motion.end_ns / NS for motion in record.motions] + [at for at, _ in record.disks[1:]]
+    since = max(changed, default=0.0)
+    later = times[times > since]
+    if len(later) < len(times):
+        name = f"{name} since {since:g} s"
+        if len(later) < 3:
+            given = f"{len(later)} impacts after the last change of the run, at {since:g} s"
+            allowed = "three or more with one motion of the platform and one disk"
+            raise InputError("recording", given, allowed)
+    return checked(name, later, None, 0.5e-9)

@@ -283,6 +283,21 @@ def test_only_the_impacts_of_a_bag_are_read(tmp_path: Path) -> None:
     assert preset["restitution"] == fit["restitution"].value
 
 
+def test_of_a_bag_the_impacts_since_the_last_change_are_read(tmp_path: Path) -> None:
+    """One fit has one restitution and one motion of the platform."""
+    with bag.Writer(tmp_path / "run_1") as writer:
+        run = RecordedRun(writer, preset="pizza_multiple_toss", restitution=0.7)
+        run.run(3.0, {1.0: lambda session: session.set_parameters({"restitution": 0.5})})
+    with bag.Writer(tmp_path / "run_2") as writer:
+        run = RecordedRun(writer, preset="pizza_multiple_toss", restitution=0.7)
+        run.run(2.0, {1.9: lambda session: session.set_parameters({"restitution": 0.5})})
+    found = recording_of(tmp_path / "run_1")
+    assert found.name == "run_1 since 1 s"
+    assert found.times[0] > 1.0
+    with pytest.raises(InputError, match=r"impacts after the last change of the run, at 1\.9 s"):
+        recording_of(tmp_path / "run_2")
+
+
 def test_the_end_of_a_chatter_in_a_bag_is_no_impact(tmp_path: Path) -> None:
     """Its row counts one if no impact before is slower than the reporting speed."""
     with bag.Writer(tmp_path / "run_1") as writer:
