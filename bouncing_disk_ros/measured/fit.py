@@ -466,8 +466,8 @@ class _Known:
         alone = replace(self, height=0.0, fall_time=0.0)
         try:
             found = alone._flights(part, errors)
-            is_other = is_during[found.chain.kept].any()
-            if not (is_other and alone._evidence(found, part) >= -math.log(REFUTED)):
+            is_during = is_during[found.chain.kept]
+            if not (is_during.any() and alone._evidence(found, part) >= -math.log(REFUTED)):
                 return None  # before its draws
             is_other = part_possible(found.profiles, found.draws) >= LEVEL
             is_other &= alone._physical(found, part) >= -math.log(REFUTED)
