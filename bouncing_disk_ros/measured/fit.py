@@ -258,15 +258,14 @@ class _Known:
         data = profiles.data
         rejected = np.delete(recording.times, chain.kept)
         with ThreadPoolExecutor() as beside:  # the kernels let go of the GIL
+            told = beside.submit(lambda: self._parameters(profiles, found.draws))
+            possible = beside.submit(lambda: part_possible(profiles, found.draws))
             second = beside.submit(self._second, recording, errors, chain)
-            draws = found.draws
-            told = beside.submit(self._parameters, profiles, draws)
-            possible = beside.submit(part_possible, profiles, draws)
             value = self._other_value(recording, errors, found)
             rival, other = math.nan, math.nan
             if value is None:
                 rival, other = self._others(recording, errors, found)
-        parameters = told.result()
+        parameters, draws = told.result(), found.draws
         laws = laws_of(profiles) if self.frequency == 0.0 else ()
         better = f"the times fit {other:.5g} Hz better" if other > 0.0 else ""
         better = f"the times fit {value[0]} {value[1]:.4g} better" if value else better

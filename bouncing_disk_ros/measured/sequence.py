@@ -127,14 +127,13 @@ class Chain:
             begin, end = float(times[chain.kept[0]]), float(times[after])
             later, found = chain.missed[chain.missed > end], list[tuple[Array, Array]]()
             for parameters in tried:
-                for count in range(1, _MOST_BEGUN + 1):
-                    found += [
-                        (missed, parameters)
-                        for missed in impacts_between(begin, end, parameters, gravity, count)
-                        if not any(len(missed) == len(one) and
-                                   np.abs(missed - one).max() < _ALIKE * (end - begin)
-                                   for one, _ in found)
-                    ]  # fmt: skip
+                for missed in impacts_between(begin, end, parameters, gravity, _MOST_BEGUN):
+                    if not any(
+                        len(missed) == len(one)
+                        and np.abs(missed - one).max() < _ALIKE * (end - begin)
+                        for one, _ in found
+                    ):
+                        found.append((missed, parameters))
             chains += [replace(chain, missed=np.append(missed, later), parameters=parameters)
                        for missed, parameters in found]  # fmt: skip
         return chains
@@ -197,24 +196,27 @@ class Chain:
 
 
 def impacts_between(
-    before: float, after: float, parameters: Array, gravity: float, count: int
+    before: float, after: float, parameters: Array, gravity: float, most: int
 ) -> list[Array]:
-    """Times of so many impacts that lead nearly from one impact to another, without a contact.
+    """Times of one to `most` impacts that lead nearly from one impact to another, without contact.
 
     Each series of times has another first flight. Flights nearby do not end nearer.
     """
     eps, a, w, phase = parameters[[RESTITUTION, AMPLITUDE, FREQUENCY, PHASE]]
     if not 0.0 <= eps <= 1.0:
         return []
-    tried, found = np.linspace(before, after, _TRIED + 2)[1:-1], np.full((_TRIED, count), np.inf)
+    tried, each = np.linspace(before, after, _TRIED + 2)[1:-1], np.full(most, eps)
+    found = np.full((_TRIED, 1 + most), np.inf)
+    found[:, 0] = tried
     is_flight = flies_above(np.full(_TRIED, before), tried - before, (a, w, phase), gravity)
     for i in np.flatnonzero(is_flight):
-        flown = flown_on(parameters, gravity, np.array([before, tried[i]]), np.full(count, eps))
-        found[i, : len(flown)] = flown
-    away = np.pad(np.abs(found[:, -1] - after), 1, constant_values=np.inf)
+        flown = flown_on(parameters, gravity, np.array([before, tried[i]]), each)
+        found[i, 1 : 1 + len(flown)] = flown
+    away = np.pad(np.abs(found - after), ((1, 1), (0, 0)), constant_values=np.inf)
     is_near = away[1:-1] <= np.minimum(away[:-2], away[2:])
     is_near &= away[1:-1] < _NEAR * (after - before)
-    return [np.append(tried[i], found[i, :-1]) for i in np.flatnonzero(is_near)]
+    counts = range(1, 1 + most)
+    return [found[i, :count] for count in counts for i in np.flatnonzero(is_near[:, count])]
 
 
 def chain_of(
