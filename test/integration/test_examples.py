@@ -72,6 +72,19 @@ def test_a_script_runs_and_says_what_is_true(
         assert (len(run.rows), run.lost) == (61, 0)
 
 
+@pytest.mark.parametrize(("name", "given"), [
+    ("case_by_solve_ivp", "plastic_drop"), ("figures_3_and_4", "2.0"), ("make_bag", "."),
+])  # fmt: skip
+def test_a_script_refuses_what_it_cannot_use_in_one_line(
+    name: str, given: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "metadata.yaml").write_text("")
+    monkeypatch.setattr(sys, "argv", [f"{name}.py", given])
+    with pytest.raises(SystemExit, match="got .*, allowed: "):
+        runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
+
+
 def test_help_of_a_script_waits_for_no_slow_import() -> None:
     code = (
         "import runpy, sys\n"
