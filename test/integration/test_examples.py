@@ -81,7 +81,7 @@ def test_a_script_refuses_what_it_cannot_use_in_one_line(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "metadata.yaml").write_text("")
     monkeypatch.setattr(sys, "argv", [f"{name}.py", given])
-    with pytest.raises(SystemExit, match="got .*, allowed: "):
+    with pytest.raises(SystemExit, match=r"got .*, allowed: "):
         runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
 
 
