@@ -160,7 +160,7 @@ class Motor(PlaneStudy):
 
     name: ClassVar[str] = "motor"
     title: ClassVar[str] = "Means of a standing-wave motor over two parameters"
-    revision: ClassVar[int] = 3
+    revision: ClassVar[int] = 4
     axis_names: ClassVar[tuple[str, ...]] = AXES
     conservative_hint: ClassVar[str] = "At 1 impacts lose no energy, so the motion does not settle."
 

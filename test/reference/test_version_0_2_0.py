@@ -28,6 +28,8 @@ from support.digest import Digest, differences, digest_of, nearly
 
 FILES = Path(__file__).with_name("version_0_2_0")
 EXPECTED: dict[str, dict[str, Any]] = json.loads((FILES / "expected.json").read_text("utf-8"))
+REPAIRED = {"motor": "stall_torque"}
+"""A number of a result that version 0.3 mends: T* was taken for it."""
 FEW: dict[str, Value] = {"settling": 100, "measured": 300}
 STUDIES: dict[str, dict[str, Value]] = {
     "basins": {"width": 20, "height": 12, "axial_forcing": 0.45, "angular_velocities": "0 -1"},
@@ -115,7 +117,7 @@ def test_a_whole_store_is_opened_and_drawn(name: str, tmp_path: Path) -> None:
     assert found.attrs["source"] == "bouncing_disk_ros 0.2.0"
     is_older = found.attrs["identity"]["revision"] < made.revision
     assert ("computed other numbers" in seen[0].note) == is_older
-    names = sorted(map(str, found.variables))
+    names = sorted({*map(str, found.variables)} - {REPAIRED.get(name)})
     values = {one: nearly(found[one].values.ravel()[:20], 8) for one in names}
     assert not differences(pinned("stores", name), digest_of(values))
     figures = pinned_results.drawn(entry_point(name).split(":")[0], made, found)
