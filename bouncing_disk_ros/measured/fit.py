@@ -27,6 +27,8 @@ from bouncing_disk_ros.measured.kernels.rest_laws import (
 )
 from bouncing_disk_ros.measured.laws import laws_of
 from bouncing_disk_ros.measured.predict import (
+    LONG,
+    MANY,
     NOTHING,
     Draws,
     draws_of,
@@ -154,6 +156,12 @@ class _Sequence:
         """Which take as long as the fit: few chains need them."""
         return draws_of(self.profiles)
 
+    @cached_property
+    def many_draws(self) -> Draws:
+        """Those of results."""
+        is_long = len(self.profiles.data.times) >= LONG
+        return self.draws if is_long else draws_of(self.profiles, MANY)
+
 
 @dataclass(frozen=True)
 class _Known:
@@ -258,14 +266,14 @@ class _Known:
         data = profiles.data
         rejected = np.delete(recording.times, chain.kept)
         with ThreadPoolExecutor() as beside:  # the kernels let go of the GIL
-            told = beside.submit(lambda: self._parameters(profiles, found.draws))
-            possible = beside.submit(lambda: part_possible(profiles, found.draws))
+            told = beside.submit(lambda: self._parameters(profiles, found.many_draws))
+            possible = beside.submit(lambda: part_possible(profiles, found.many_draws))
             second = beside.submit(self._second, recording, errors, chain)
             value = self._other_value(recording, errors, found)
             rival, other = math.nan, math.nan
             if value is None:
                 rival, other = self._others(recording, errors, found)
-        parameters, draws = told.result(), found.draws
+        parameters, draws = told.result(), found.many_draws
         laws = laws_of(profiles) if self.frequency == 0.0 else ()
         better = f"the times fit {other:.5g} Hz better" if other > 0.0 else ""
         better = f"the times fit {value[0]} {value[1]:.4g} better" if value else better

@@ -24,6 +24,13 @@ MOST_IMPACTS = 20
 _POINTS = 64
 """Of a flight, where its height over the platform is looked at."""
 _TAIL = 100.0 * (1.0 - LEVEL) / 2.0
+FEW, MANY, LONG = 400, 2000, 50
+"""Draws that decide, draws of results, and times in a recording from which on these are the same.
+
+An interval of 95 % by one set of 400 draws holds 92 to 97 %, as its set happens to be.
+"""
+_LEAST = 100
+"""Draws in the longest recordings."""
 
 
 @dataclass(frozen=True)
@@ -54,15 +61,15 @@ NOTHING = Prediction(np.empty(0), np.empty(0), np.empty(0))
 def interval_of(values: Array, best: float | None = None) -> Interval:
     """Median and interval of draws; `best`: in place of the median."""
     ends = np.nan_to_num(values, posinf=np.finfo(float).max / 4.0)  # no nan between two infinities
-    ends = np.percentile(ends, [_TAIL, 50.0, 100.0 - _TAIL])
+    ends = np.percentile(ends, [_TAIL, 50.0, 100.0 - _TAIL], method="weibull")  # unbiased shares
     low, middle, high = np.where(ends > 1e300, np.inf, ends)
     return Interval(float(middle) if best is None else best, float(low), float(high))
 
 
-def draws_of(profiles: Profiles) -> Draws:
+def draws_of(profiles: Profiles, most: int = FEW) -> Draws:
     """Draws; as many as take about as long for long recordings as for short ones."""
     data, rng = profiles.data, np.random.default_rng(SEED)
-    count = int(np.clip(20_000 // len(data.times), 100, 400))
+    count = int(np.clip(FEW * LONG // len(data.times), _LEAST, most))
     chosen = rng.choice(len(profiles.nodes), count, p=[node.weight for node in profiles.nodes])
     roots = {i: _root(profiles.covariance(profiles.nodes[i])) for i in set(chosen)}
     rows = [row for i in chosen if (row := _draw(profiles, profiles.nodes[i], roots[i], rng))]

@@ -21,6 +21,7 @@ from bouncing_disk_ros import FailedError, InputError, bag, fit_impacts, load_pr
 from bouncing_disk_ros.core.model import ImpactKind, join_rows
 from bouncing_disk_ros.measured import fit as fitting
 from bouncing_disk_ros.measured import fit_impacts as executable
+from bouncing_disk_ros.measured import predict
 from bouncing_disk_ros.measured.goodness import evidence_of, probability_of
 from bouncing_disk_ros.measured.picture import panels_of, tables_of
 from bouncing_disk_ros.measured.profiles import Data, Interval, Model, Profiles, interval_text
@@ -379,7 +380,8 @@ def test_a_height_tells_gravity_and_all_that_follows_from_it() -> None:
     )  # fmt: skip
     rows = run.impacts[:12]
     fit = fit_impacts(rows["time"], height=0.5)
-    assert fit.gravity == fit["gravity"].value == pytest.approx(1.62, rel=1e-6)
+    assert fit.gravity == pytest.approx(1.62, rel=1e-6)
+    assert fit["gravity"].value == pytest.approx(fit.gravity, rel=1e-12)  # which is fitted twice
     assert fit.speeds == pytest.approx(-rows["axial_impact_velocity"][1:-1], rel=1e-6)
     preset: dict[str, Any] = fit.preset
     again = simulate(6.0, chatter_report_speed=0.0, **preset)
@@ -581,6 +583,25 @@ def test_flights_at_rest_lead_over_many_missed_impacts(missed: tuple[int, ...]) 
     assert np.flatnonzero(fit.missed).tolist() == list(missed)
     assert fit["restitution"].low < 0.8 < fit["restitution"].high
     assert fit.preset["restitution"] == fit["restitution"].value
+
+
+def test_intervals_of_predictions_hardly_depend_on_the_draws(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """With 400 draws of one seed they held 92 % of the impacts to come.
+
+    An end by 2000 draws (t of 8 degrees) is uncertain by 2 % of the width, the mean of twelve
+    others by 0.6 %.
+    """
+    bounces = 0.5 * 0.8 ** np.arange(9)
+    times = np.r_[0.0, np.cumsum(bounces)] + np.random.default_rng(77).normal(scale=1e-5, size=10)
+    ends = []
+    for seed in (predict.SEED, *range(12)):
+        monkeypatch.setattr(predict, "SEED", seed)
+        coming = fit_impacts(times, scatter=0.0).prediction
+        ends.append([coming.low[:3], coming.high[:3]])
+    low, high = np.mean(ends[1:], axis=0)
+    assert np.abs(ends[0] - np.array([low, high])).max() < 3.0 * 0.021 * (high - low).min()
 
 
 def test_a_fit_without_any_draw_is_no_fit(monkeypatch: pytest.MonkeyPatch) -> None:
