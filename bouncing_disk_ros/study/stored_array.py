@@ -10,6 +10,7 @@ import itertools
 import math
 import uuid
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -121,7 +122,8 @@ class StoredArray(NamedTuple):
         data = self._packing.encode(values)
         file = self.file(place)
         for folder in reversed(file.relative_to(self.path).parents[:-1]):
-            Path(self.path, folder).mkdir(exist_ok=True)
+            with suppress(FileExistsError):  # exist_ok looks again, when it may have been moved
+                Path(self.path, folder).mkdir()
         passing = file.with_name(f"{file.name}.{uuid.uuid4().hex}.partial")
         try:
             with passing.open("wb") as open_file:

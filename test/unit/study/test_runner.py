@@ -40,6 +40,7 @@ from bouncing_disk_ros.study.computation import Axis
 from bouncing_disk_ros.study.lock import exclusive_lock, token_of
 from bouncing_disk_ros.study.runner import PREFETCH, Pipeline, RunLock, compute_region
 from bouncing_disk_ros.study.store import Store
+from bouncing_disk_ros.study.stored_array import StoredArray
 from support.checks import refused, there
 from support.studies import VALUES, Products, Sums
 
@@ -227,6 +228,20 @@ def test_a_store_that_is_removed_or_moved_meanwhile_is_no_result(tmp_path: Path)
     whole = there(run(Products(VALUES), place, on_progress=notes.append))
     assert notes[0].note.endswith("it is computed anew")
     assert np.all(whole["product"] == there(run(Products(VALUES)))["product"])
+
+
+def test_a_chunk_whose_folder_is_moved_as_it_is_made_is_not_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It "exists" for mkdir, and then it does not: the message was "File exists"."""
+    array = StoredArray(tmp_path / "product", ("x",), np.dtype(float), (2,), (2,))
+
+    def exists_until_now(*_: object, **__: object) -> None:
+        raise FileExistsError
+
+    monkeypatch.setattr(Path, "mkdir", exists_until_now)
+    with pytest.raises(FileNotFoundError):
+        array.write((0,), np.zeros(2))
 
 
 def test_second_run_on_one_result_is_refused(tmp_path: Path) -> None:
