@@ -158,7 +158,7 @@ class _Sequence:
 
     @cached_property
     def many_draws(self) -> Draws:
-        """Those of results."""
+        """Draws for the results: more than the others in a short recording."""
         is_long = len(self.profiles.data.times) >= LONG
         return self.draws if is_long else draws_of(self.profiles, MANY)
 
@@ -266,14 +266,13 @@ class _Known:
         data = profiles.data
         rejected = np.delete(recording.times, chain.kept)
         with ThreadPoolExecutor() as beside:  # the kernels let go of the GIL
-            told = beside.submit(lambda: self._parameters(profiles, found.many_draws))
-            possible = beside.submit(lambda: part_possible(profiles, found.many_draws))
+            told = beside.submit(self._told, found)
             second = beside.submit(self._second, recording, errors, chain)
             value = self._other_value(recording, errors, found)
             rival, other = math.nan, math.nan
             if value is None:
                 rival, other = self._others(recording, errors, found)
-        parameters, draws = told.result(), found.many_draws
+        parameters, possible = told.result()
         laws = laws_of(profiles) if self.frequency == 0.0 else ()
         better = f"the times fit {other:.5g} Hz better" if other > 0.0 else ""
         better = f"the times fit {value[0]} {value[1]:.4g} better" if value else better
@@ -296,12 +295,13 @@ class _Known:
             recording.name, self.frequency / math.tau, self.gravity, self.height, parameters, times,
             np.where(missed, np.nan, data.times[hits] - times), missed, rejected,
             flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0], contacts, probability,
-            possible.result(), other, value, rival,
+            possible, other, value, rival,
             self._chance(found, recording),
             self._alternatives(recording, errors, found, parameters),
             second.result(),
             _untold(parameters) if is_told else tuple(parameters), laws,
-            predicted(profiles, draws) if is_told else NOTHING, profiles, recording.sound,
+            predicted(profiles, found.many_draws) if is_told else NOTHING,
+            profiles, recording.sound,
         )  # fmt: skip
 
     def _in_sequence(self, recording: Recording, errors: Array | None) -> _Sequence:
@@ -727,6 +727,11 @@ class _Known:
         for p in found:
             p[AMPLITUDE] = self.amplitude or p[AMPLITUDE]
         return found
+
+    def _told(self, found: _Sequence) -> tuple[dict[str, Interval], float]:
+        """Parameters, and the part of the draws that is possible: one thread makes the draws."""
+        draws = found.many_draws
+        return self._parameters(found.profiles, draws), part_possible(found.profiles, draws)
 
     def _parameters(self, profiles: Profiles, draws: Draws) -> dict[str, Interval]:
         phase = float(profiles.estimate[PHASE])

@@ -50,7 +50,7 @@ def _serve(start: Start) -> int:
     values = option_values(start.overrides, OPTIONS)
     bag, here = str(values["bag"]), environment.ros_is_here()
     if values["namespace"] and not bag:
-        hint = "That of a live simulator is given with -r __ns:=/NAME."
+        hint = "Give the namespace of a live simulator with -r __ns:=/NAME."
         raise InputError("namespace", values["namespace"], "none without bag", hint)
     with start.stop.loading():
         announce_compilation(NAME)

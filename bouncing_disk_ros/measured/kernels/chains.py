@@ -170,7 +170,7 @@ def _moved(
 
 @kernel
 def _size(flight: float, error: float, part: float) -> float:
-    """Of the errors of a landing: from those of times, and a part of the flight."""
+    """Size of the errors of a landing, which times have, and the law as a part of the flight."""
     return sqrt(error * error + (part * flight) ** 2)
 
 

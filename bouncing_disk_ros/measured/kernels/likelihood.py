@@ -207,6 +207,24 @@ def _moved(
 
 
 @rare_kernel
+def _joint_product(
+    sig: NDArray[np.float64],
+    h: NDArray[np.float64],
+    by: NDArray[np.float64],
+    move: NDArray[np.float64],
+    by2: NDArray[np.float64],
+    move2: NDArray[np.float64],
+) -> float:
+    """Scalar product of two steps: times count in errors, parameters by their information."""
+    total = 0.0
+    for i in range(by.size):
+        total += by[i] * _product(h[i], by2)
+    for k in range(sig.size):
+        total += (move[k] / sig[k]) * (move2[k] / sig[k])
+    return total
+
+
+@rare_kernel
 def _step(
     t: NDArray[np.float64],
     sig: NDArray[np.float64],
@@ -225,8 +243,7 @@ def _step(
 
     b, low, d (free, n: whitened) and h may be those of a point nearby. pull (free): half of the
     derivatives of what is known of the parameters. white: L⁻¹ of the
-    equations as the measured times would have them. The length counts times in errors, parameters
-    by their information.
+    equations as the measured times would have them.
     """
     n = e.size
     for j in range(n):
@@ -236,18 +253,16 @@ def _step(
         by[i] = -_product(d[i], white) - pull[i]
     if not solve(h, by):
         return np.nan
-    q, length = white.copy(), 0.0
+    q = white.copy()
     for i in range(by.size):
         q += by[i] * d[i]
-        length += by[i] * _product(h[i], by)
     _unwhiten(low, q)
     for k in range(t.size):
         move[k] = t[k] - th[k]
         for m in range(3):
             if 0 <= k - m < n:
                 move[k] -= sig[k] ** 2 * b[k - m, m] * q[k - m]
-        length += (move[k] / sig[k]) ** 2
-    return length
+    return _joint_product(sig, h, by, move, by, move)
 
 
 @rare_kernel
@@ -279,12 +294,8 @@ def _sum_of_steps(
     """
     if part < 1.0 or last == inf:
         return part
-    total = 0.0
-    for i in range(by.size):
-        total += last_by[i] * _product(h[i], by)
-    for k in range(sig.size):
-        total += last_move[k] * move[k] / sig[k] ** 2
-    return 1.0 / max(1.0 - total / last, 1.0 / _MOST_STEPS)
+    share = _joint_product(sig, h, last_by, last_move, by, move) / last
+    return 1.0 / max(1.0 - share, 1.0 / _MOST_STEPS)
 
 
 @rare_kernel
