@@ -152,7 +152,9 @@ _HYPHEN = re.compile(r"(?<![\w)])-(?=[\d.]*\d)")
 
 def say_instead(axes: Any, text: str) -> None:
     """Say in the middle of axes in which nothing is drawn what there is none of."""
-    axes.text(0.5, 0.5, text, ha="center", transform=axes.transAxes)
+    axes.text(
+        0.5, 0.5, text, ha="center", va="center", transform=axes.transAxes, backgroundcolor="white"
+    )  # fmt: skip
 
 
 def mark_in_pi(axis: Any, step: float = 0.5, half_turn: float = 1.0) -> None:
