@@ -31,11 +31,16 @@ _SHEETS = (".xlsx", ".xls", ".ods", ".numbers")
 _TIME_NAMES = ("time", "t", "times", "seconds", "s", "start", "onset")
 _UNITS = {
     1.0: ("s", "sec", "second", "seconds"), 1e-3: ("ms", "msec", "milliseconds"),
-    1e-6: ("us", "\u00b5s", "\u03bcs", "microseconds"),
+    1e-6: ("us", "\u00b5s", "\u03bcs", "microseconds"), 1e-9: ("ns", "nanoseconds"),
+    60.0: ("min", "minutes"), 3600.0: ("h", "hours"),
 }  # fmt: skip
 _WORDS = "|".join(word for words in _UNITS.values() for word in words)
-_UNIT = re.compile(rf"(?:(.*?)(?:\s+in\s+|[\s_]+|\s*[(\[/]\s*))?({_WORDS})\s*[)\]]?")
+_UNIT = re.compile(rf"(?:([^(\[/]*?)(\s+in\s+|[\s_]+|\s*[(\[/]\s*))?({_WORDS})\s*[)\]]?")
 """Of a column: time_ms, t (ms), t/ms, t in ms, ms."""
+_OTHER_WORDS = ("min", "h")
+"""Units that are a minimum or a height where no bracket, slash or `in` is before them."""
+_OF_RATES = ("m", "mm", "cm", "km", "rad", "deg", "\u00b0", "u", "1")
+"""Before a slash: a speed, such as m/s."""
 _INCREASING = "increasing times in seconds"
 
 
@@ -178,8 +183,9 @@ def _table(path: Path, column: str) -> tuple[list[str], list[list[str]]]:
     if table and len(table[0]) == 1 < len(named):  # blanks in a name
         named = [" ".join(named)]
     if table and len(table[0]) == len(named) and all(number_of(x) is None for x in table[0]):
-        with_units = [f"{name} {unit.lower()}" for name, unit in zip(named, table[0], strict=True)]
-        if any(map(_UNIT.fullmatch, with_units)):  # a line of units below that of names
+        units = [unit.strip(" ()[]").lower() for unit in table[0]]
+        with_units = [f"{name} ({unit})" for name, unit in zip(named, units, strict=True)]
+        if any(map(_name_and_unit, with_units)):  # a line of units below that of names
             named, table = with_units, table[1:]
     return named, table
 
@@ -190,14 +196,26 @@ def _is_one_number(cells: list[str]) -> bool:
 
 
 def _without_unit(name: str) -> str:
-    found = _UNIT.fullmatch(name)
-    return (found[1] or "time") if found else name
+    found = _name_and_unit(name)
+    return (found[0] or "time") if found else name
 
 
 def _unit(name: str) -> float:
     """Of a column, s."""
+    found = _name_and_unit(name)
+    return found[1] if found else 1.0
+
+
+def _name_and_unit(name: str) -> tuple[str, float] | None:
+    """The name before the unit, and the unit in s; None: there is no unit of time."""
     found = _UNIT.fullmatch(name)
-    return next(unit for unit, words in _UNITS.items() if found[2] in words) if found else 1.0
+    if not found:
+        return None
+    before, between, word = found[1] or "", (found[2] or "").strip(" _"), found[3]
+    is_rate = between == "/" and not set(before.split()[-1:]).isdisjoint(_OF_RATES)
+    if is_rate or (not between and word in _OTHER_WORDS):
+        return None
+    return before, next(unit for unit, words in _UNITS.items() if word in words)
 
 
 def _place(column: str, named: list[str], names: list[str], table: list[list[str]]) -> int:
@@ -214,7 +232,7 @@ def _place(column: str, named: list[str], names: list[str], table: list[list[str
         allowed = ", ".join(named) if named else f"a number from 1 to {count}: no names here"
         raise InputError("column", column, allowed, closest(column.lower(), named))
     known = [names.index(name) for name in _TIME_NAMES if name in names]
-    known += [i for i, name in enumerate(named) if _UNIT.fullmatch(name) and names[i] != "error"]
+    known += [i for i, name in enumerate(named) if _name_and_unit(name) and names[i] != "error"]
     return known[0] if known else int(count > 1 and _is_count([cells[0] for cells in table]))
 
 

@@ -1181,6 +1181,27 @@ def test_the_first_line_of_a_column_that_is_asked_for_is_a_time(tmp_path: Path) 
     assert recording_of(file, 2).times == pytest.approx([0.3, 0.75, 1.0875])
 
 
+@pytest.mark.parametrize(
+    ("names", "cells", "unit"),
+    [
+        ("hit,time (min)", "{1},{0}", 60.0), ("time in h", "{0}", 3600.0),
+        ("t/ns", "{0}", 1e-9), ("Zeit,Pegel\nmin,V", "{0},{1}", 60.0),
+        ("h,t", "{1},{0}", 1.0), ("level_min,time", "{1},{0}", 1.0),
+        ("Zeit,v (m/s)", "{0},{1}", 1.0), ("Zeit,v in m/s", "{0},{1}", 1.0),
+        ("Zeit,U/min", "{0},{1}", 1.0), ("m/s,t/ms", "{1},{0}", 1e-3),
+    ],
+)  # fmt: skip
+def test_minutes_are_no_seconds_and_speeds_no_times(
+    tmp_path: Path, names: str, cells: str, unit: float
+) -> None:
+    """Minutes were read as seconds, and a column of m/s as the times."""
+    values = (0.5, 0.75, 1.0)
+    lines = [cells.format(value, 3.0 * value + 5.0) for value in values]
+    file = tmp_path / "times.csv"
+    file.write_text("\n".join([names, *lines]) + "\n", "utf-8")
+    assert recording_of(file).times == pytest.approx(unit * np.array(values))
+
+
 def test_errors_are_read_with_their_unit(tmp_path: Path) -> None:
     file = tmp_path / "times.csv"
     file.write_text("t (s); error (µs)\n1; 10\n2; 20\n2.5; 30\n")
