@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -69,7 +68,3 @@ def _change(text: str) -> tuple[str, float]:
         return name, float(value)
     except ValueError:
         raise InputError("set", text, "NAME=VALUE, such as restitution=0.7") from None
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
-import sys
 from collections.abc import Sequence
 
 from bouncing_disk_ros.command_line.start import Start
@@ -57,7 +56,3 @@ def _run(start: Start, given: argparse.Namespace) -> int:
     for ending in ("json", "csv"):
         print(folder() / f"{case.case.file_stem}.{ending}")
     return ExitCode.DONE
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -64,7 +63,3 @@ def main(args: Sequence[str] | None = None) -> int:
         from bouncing_disk_ros.ros.spin import run_node, spin
 
     return run_node(start, partial(JuggleNode, OPTIONS), spin)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

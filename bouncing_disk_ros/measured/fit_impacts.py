@@ -86,7 +86,3 @@ def _write_pages(fit: ImpactFit, files: Sequence[Path]) -> None:
             figure = panels_page(title, subtitle, drawn)
             replaced(file, partial(save_page, figure, maker=NAME))
         print(f"written: {file}", flush=True)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

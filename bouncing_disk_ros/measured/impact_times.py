@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -60,7 +59,3 @@ def _hear(start: Start, given: argparse.Namespace) -> int:
     for file in files:
         print(f"written: {file}", flush=True)
     return ExitCode.DONE
-
-
-if __name__ == "__main__":
-    sys.exit(main())

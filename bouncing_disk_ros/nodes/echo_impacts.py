@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from functools import partial
 
@@ -32,7 +31,3 @@ def main(args: Sequence[str] | None = None) -> int:
         from bouncing_disk_ros.ros.spin import run_node
 
     return run_node(start, partial(ImpactPrinter, OPTIONS), ImpactPrinter.print_all)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

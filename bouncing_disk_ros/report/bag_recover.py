@@ -38,7 +38,3 @@ def _recover(start: Start, given: argparse.Namespace) -> int:
         return ExitCode.BAD_INPUT
     print(report.summary)
     return ExitCode.DONE
-
-
-if __name__ == "__main__":
-    sys.exit(main())

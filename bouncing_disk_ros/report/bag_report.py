@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -144,7 +143,3 @@ def _write(start: Start, report: Report, file: Path) -> None:
 
         figure = report_page(report)
         replaced(file, lambda path: save_page(figure, path, NAME))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

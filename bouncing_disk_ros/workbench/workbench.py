@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
@@ -86,7 +85,3 @@ def _local(values: Mapping[str, Value]) -> RunLink:
 
     preset = str(values["preset"])
     return LocalLink(load_preset(preset) if preset else {})
-
-
-if __name__ == "__main__":
-    sys.exit(main())

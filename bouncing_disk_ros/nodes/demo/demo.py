@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -62,7 +61,3 @@ def _without_ros(start: Start) -> int:
         from bouncing_disk_ros.nodes.demo.demo_alone import present_without_ros
 
     return present_without_ros(OPTIONS, start.overrides)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

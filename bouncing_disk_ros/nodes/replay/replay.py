@@ -125,7 +125,3 @@ def _replayed(opened: bag.Bag, recorded: Recorded) -> ReplayedBag:
             bar.update(0)
 
         return replay_bag(recorded, heard, reached)
-
-
-if __name__ == "__main__":
-    sys.exit(main())
