@@ -13,9 +13,6 @@ from bouncing_disk_ros.study.shared_options import RESTITUTION
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
-
-    from bouncing_disk_ros.study import Study
 
 
 _ABOUT = """Run closed loops from many starts: which ones each strategy of control brings onto the
@@ -94,12 +91,6 @@ def _of_conditions(values: Mapping[str, Value], name: str) -> set[str]:
     return found
 
 
-def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.juggling.picture import capture_maps, success_table
-
-    return {"juggling": capture_maps(result), "juggling_table": success_table(result)}
-
-
 def lines(result: xr.Dataset) -> list[str]:
     """Captured, lost and never captured, and what it took, for each case."""
     rows = []
@@ -124,7 +115,7 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.juggling.compute:Juggling",
-    pictures=_pictures,
+    drawing="bouncing_disk_ros.juggling.picture:pictures",
     lines=lines,
     idle=_idle,
 )

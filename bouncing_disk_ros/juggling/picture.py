@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from bouncing_disk_ros.matplotlib_figures import (
     pixel_frame,
     typeset,
 )
+from bouncing_disk_ros.study.computation import Study
 
 COLORS = {-1: UNRESOLVED_AREA, 0: REST_AREA, 1: REST_AREA, 2: VERMILION}
 """Verdict -> colour: not computed, never, captured (drawn over by its time), lost."""
@@ -113,3 +115,8 @@ def _title(result: xr.Dataset) -> str:
     values = (result.attrs[f"parameter_{name}"] for name in ("axial_forcing", "restitution"))
     forcing, restitution = values
     return f"Starts captured at Γ = {forcing:g}, ε = {restitution:g}"
+
+
+def pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
+    """All figures of a result, by the names of their files; the first one is published."""
+    return {"juggling": capture_maps(result), "juggling_table": success_table(result)}

@@ -14,9 +14,7 @@ from bouncing_disk_ros.study.shared_options import of_simulator
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
-    from bouncing_disk_ros.motor_study.compute import Motor
 
 _ABOUT = """Ultrasonic motor over a plane of two of its parameters: mean speed, output power,
 efficiency, losses, time in contact, impacts and wear; from these no-load speed, stall torque, best
@@ -69,22 +67,6 @@ _SPECS = (
 )  # fmt: skip
 
 
-def _pictures(study: Motor, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.motor_study.picture import (
-        motor_map_picture,
-        speed_torque_picture,
-        stall_picture,
-    )
-
-    found = {}
-    load = next((name for name in (study.across, study.up) if name.endswith("_torque")), "")
-    if load:
-        found["speed_torque"] = speed_torque_picture(result, load)
-    if "stall_torque" in result:
-        found["stall"] = stall_picture(result)
-    return {**found, "motor_map": motor_map_picture(result)}
-
-
 def lines(result: xr.Dataset) -> list[str]:
     """Shares of the kinds of motion; the largest speed, power and efficiency, and where."""
     from bouncing_disk_ros.study.printed_lines import kind_shares, largest
@@ -135,7 +117,7 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.motor_study.compute:Motor",
-    pictures=_pictures,
+    drawing="bouncing_disk_ros.motor_study.picture:pictures",
     lines=lines,
     image="mean_speed",
     takes_run=True,

@@ -29,6 +29,7 @@ from bouncing_disk_ros.matplotlib_figures import (
     say_instead,
     typeset,
 )
+from bouncing_disk_ros.motor_study.compute import Motor
 from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.units import with_prefix
 
@@ -273,3 +274,14 @@ def _mark_regimes(axes: Any, result: xr.Dataset, other: str) -> None:
             axes.axvline(at, color=GREY, linewidth=0.8, linestyle=":")
             axes.text(at, 1.01, text, rotation=90, va="bottom", ha="center", fontsize=7,
                       transform=axes.get_xaxis_transform())  # fmt: skip
+
+
+def pictures(study: Motor, result: xr.Dataset) -> Mapping[str, Figure]:
+    """All figures of a result, by the names of their files; the first one is published."""
+    found = {}
+    load = next((name for name in (study.across, study.up) if name.endswith("_torque")), "")
+    if load:
+        found["speed_torque"] = speed_torque_picture(result, load)
+    if "stall_torque" in result:
+        found["stall"] = stall_picture(result)
+    return {**found, "motor_map": motor_map_picture(result)}

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.executables import loaded
@@ -48,9 +48,8 @@ class StudyDefinition:
     """The options that decide its result."""
     study: str
     """The class that computes, as module:name."""
-    pictures: Callable[[Any, xr.Dataset], Mapping[str, Figure]]
-    """Of the study and its result: name of the file (without its kind) -> figure; the first one is
-    published."""
+    drawing: str
+    """The function that draws its result, as module:name; see `pictures`."""
     lines: Callable[[xr.Dataset], list[str]]
     """What the executable prints of a result."""
     image: str = ""
@@ -88,6 +87,11 @@ class StudyDefinition:
             raise InputError("end", values["end"], "another value than begin", "The axis is empty.")
         made: Study = loaded(self.study)(values)
         return made
+
+    def pictures(self, study: Study, result: xr.Dataset) -> Mapping[str, Figure]:
+        """Name of the file (without its kind) -> figure; the first one is published."""
+        drawn: Mapping[str, Figure] = loaded(self.drawing)(study, result)
+        return drawn
 
     def refuse_idle(self, values: Mapping[str, Value]) -> None:
         """Refuse options, other than their defaults, that do nothing beside the others."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.errors import counted
@@ -13,9 +12,6 @@ from bouncing_disk_ros.study.definition import StudyDefinition
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
-
-    from bouncing_disk_ros.study import Study
 
 
 _ABOUT = """Over the plane of axial forcing and restitution: the curves on which the orbits that are
@@ -48,12 +44,6 @@ _SPECS = (
          high=100_000_000),
     Spec("measured", 512, "", "impacts that its kinds are found from", low=256, high=100_000_000),
 )  # fmt: skip
-
-
-def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.orbit_studies.curves.picture import curves_picture
-
-    return {"curves": curves_picture(result)}
 
 
 def lines(result: xr.Dataset) -> list[str]:
@@ -91,7 +81,7 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.orbit_studies.curves.compute:Curves",
-    pictures=_pictures,
+    drawing="bouncing_disk_ros.orbit_studies.curves.picture:pictures",
     lines=lines,
     image="period",
     takes_run=True,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from matplotlib.patheffects import withStroke
 
 from bouncing_disk_ros.colours import BLACK, VERMILION
 from bouncing_disk_ros.matplotlib_figures import cut_at_zero, new_figure
+from bouncing_disk_ros.study.computation import Study
 from bouncing_disk_ros.study.parameter_map.picture import draw_periods
 
 STYLES: dict[str, tuple[Any, str]] = {
@@ -107,3 +109,8 @@ def _draw_special(axes: Any, result: xr.Dataset) -> list[Any]:
             style: dict[str, Any] = {"color": "white", "mec": BLACK, "ms": 6, "label": kind}
             handles += axes.plot(x, y, marker, **style)
     return handles
+
+
+def pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
+    """All figures of a result, by the names of their files; the first one is published."""
+    return {"curves": curves_picture(result)}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -17,9 +16,6 @@ from bouncing_disk_ros.study.definition import StudyDefinition
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
-
-    from bouncing_disk_ros.study import Study
 
 
 _ABOUT = """The saddles on the boundaries between basins of attraction, found by edge tracking, with
@@ -47,12 +43,6 @@ _SPECS = (
          "at most", low=1.0, high=1000.0),
     Spec("points", 50_000, "", "points of one branch, at most", low=100, high=10_000_000),
 )  # fmt: skip
-
-
-def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.orbit_studies.manifolds.picture import manifolds_picture
-
-    return {"manifolds": manifolds_picture(result)}
 
 
 def lines(result: xr.Dataset) -> list[str]:
@@ -106,7 +96,7 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.orbit_studies.manifolds.compute:Manifolds",
-    pictures=_pictures,
+    drawing="bouncing_disk_ros.orbit_studies.manifolds.picture:pictures",
     lines=lines,
     image="label",
     takes_run=True,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from bouncing_disk_ros.colours import BLACK, BLUE, VERMILION
 from bouncing_disk_ros.maps.basin_measures import downsample
 from bouncing_disk_ros.matplotlib_figures import MOST_PIXELS, new_figure
 from bouncing_disk_ros.study.basins.picture import frame, label_axes, title_of
+from bouncing_disk_ros.study.computation import Study
 
 _PALE = ("#e8e8e8", "#cfe3f5", "#fbe3c0", "#cdeadb", "#f0d9e6", "#dcf0fb", "#f8d6c4", "#fbf8cf")
 _COLORS = (BLUE, VERMILION)
@@ -83,3 +85,8 @@ def _add_legend(axes: Any, result: xr.Dataset, names: list[str], colors: list[st
     ]
     axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=3,
                 fontsize=9, frameon=False)  # fmt: skip
+
+
+def pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
+    """All figures of a result, by the names of their files; the first one is published."""
+    return {"manifolds": manifolds_picture(result)}

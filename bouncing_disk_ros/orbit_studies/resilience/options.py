@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -16,9 +15,6 @@ from bouncing_disk_ros.study.shared_options import map_options
 if TYPE_CHECKING:
     import numpy as np
     import xarray as xr
-    from matplotlib.figure import Figure
-
-    from bouncing_disk_ros.study import Study
 
 
 _ABOUT = """How easy each attractor is to reach and how hard to lose, over axial forcing or
@@ -62,15 +58,6 @@ _SPECS = (
     replace(TABLE["gravity"], default=10.0, low=1e-9, source="as in the preset "
             "pizza_multiple_toss; only for results in SI units", while_unconfigured=False),
 )  # fmt: skip
-
-
-def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.orbit_studies.resilience.picture import (
-        impulse_picture,
-        resilience_picture,
-    )
-
-    return {"resilience": resilience_picture(result), "fatal_impulse": impulse_picture(result)}
 
 
 def lines(result: xr.Dataset) -> list[str]:
@@ -188,7 +175,7 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.orbit_studies.resilience.compute:ResilienceStudy",
-    pictures=_pictures,
+    drawing="bouncing_disk_ros.orbit_studies.resilience.picture:pictures",
     lines=lines,
     takes_run=True,
     not_taken=dict.fromkeys(_NOT_TAKEN, NO_ROTATION),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from bouncing_disk_ros.matplotlib_figures import (
     new_figure,
     say_instead,
 )
+from bouncing_disk_ros.study.computation import Study
 from bouncing_disk_ros.study.line_picture import draw_shares, few, line_colors, line_legend
 
 _NEVER, _ABSENT = "#f7c6c5", "#e8e8e8"
@@ -161,3 +163,8 @@ def _title(result: xr.Dataset) -> str:
         f"{result.attrs[f'parameter_{other}']:g}; N·s and ms for {about['mass']:g} kg at "
         f"{about['frequency']:g} Hz"
     )
+
+
+def pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
+    """All figures of a result, by the names of their files; the first one is published."""
+    return {"resilience": resilience_picture(result), "fatal_impulse": impulse_picture(result)}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import Spec
@@ -13,9 +12,6 @@ from bouncing_disk_ros.study.shared_options import map_options
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
-
-    from bouncing_disk_ros.study import Study
 
 
 _ABOUT = """Share of the plane of starts that goes to each attractor, over a parameter (how easy a
@@ -41,12 +37,6 @@ _SPECS = (
     Spec("velocity_begin", -5.0, "πg/ω", "window of starts: τ from 0 to 2π, w_A from this to 0",
          low=-1e3, high=0.0),
 )  # fmt: skip
-
-
-def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.study.basin_shares.picture import basin_shares_picture
-
-    return {"basin_shares": basin_shares_picture(result)}
 
 
 def lines(result: xr.Dataset) -> list[str]:
@@ -84,7 +74,7 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.study.basin_shares.compute:BasinShares",
-    pictures=_pictures,
+    drawing="bouncing_disk_ros.study.basin_shares.picture:pictures",
     lines=lines,
     takes_run=True,
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from matplotlib.figure import Figure
 
 from bouncing_disk_ros.colours import INK
 from bouncing_disk_ros.matplotlib_figures import name_axis, new_figure, typeset
+from bouncing_disk_ros.study.computation import Study
 from bouncing_disk_ros.study.line_picture import draw_shares, line_colors, line_legend
 
 
@@ -59,3 +61,8 @@ def _title(result: xr.Dataset) -> str:
         if name != result.attrs["parameter_along"]
     ]
     return typeset(f"Shares of the basins at {', '.join(fixed)}")
+
+
+def pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
+    """All figures of a result, by the names of their files; the first one is published."""
+    return {"basin_shares": basin_shares_picture(result)}

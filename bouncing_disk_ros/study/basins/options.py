@@ -13,9 +13,6 @@ from bouncing_disk_ros.study.shared_options import RESTITUTION
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
-
-    from bouncing_disk_ros.study import Study
 
 
 _ABOUT = """Label each start (forcing phase and relative velocity at a first impact) by the
@@ -55,15 +52,6 @@ def _idle(values: Mapping[str, Value]) -> Iterator[Idle]:
     if not str(values["angular_velocities"]).strip():
         for name in ("phase_lag", "angular_forcing"):
             yield name, "none without angular_velocities", "The basins themselves do not need it."
-
-
-def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.study.basins.picture import basins_picture, start_speeds_picture
-
-    figures = {"basins": basins_picture(result)}
-    if "mean_speed" in result:
-        figures["mean_speeds"] = start_speeds_picture(result)
-    return figures
 
 
 def lines(result: xr.Dataset) -> list[str]:
@@ -149,7 +137,7 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.study.basins.compute:Basins",
-    pictures=_pictures,
+    drawing="bouncing_disk_ros.study.basins.picture:pictures",
     lines=lines,
     image="label",
     takes_run=True,

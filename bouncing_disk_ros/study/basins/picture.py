@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from bouncing_disk_ros.matplotlib_figures import (
     pixel_frame,
     typeset,
 )
+from bouncing_disk_ros.study.computation import Study
 
 POINTS = "impacts on the attractors"
 CONTACT_POINTS = "impacts on the attractor with contact"
@@ -186,3 +188,11 @@ def start_speeds_picture(result: xr.Dataset) -> Figure:
     title = f"{title_of(result)},\nphase lag θ = {lag:g} rad, Γ_T = {angular:g}"
     figure.suptitle(typeset(title.replace("-", "−")), fontsize=12)
     return figure
+
+
+def pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
+    """All figures of a result, by the names of their files; the first one is published."""
+    figures = {"basins": basins_picture(result)}
+    if "mean_speed" in result:
+        figures["mean_speeds"] = start_speeds_picture(result)
+    return figures

@@ -13,9 +13,7 @@ from bouncing_disk_ros.study.shared_options import map_options
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
-    from bouncing_disk_ros.study.bifurcation.compute import Bifurcation
 
 _ABOUT = """Follow an attractor along a parameter, upward or downward: each value starts from the
 last state of the one before. With starts:=24, so many starts are followed at each value instead:
@@ -67,19 +65,6 @@ def _idle(values: Mapping[str, Value]) -> Iterator[Idle]:
         if values["initial_velocity"] == 0.0:
             hint = "The first value starts on the period-1 orbit, or at initial_velocity < 0."
             yield "initial_phase", "0 without initial_velocity", hint
-
-
-def _pictures(study: Bifurcation, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.study.bifurcation.compute import branch_of
-    from bouncing_disk_ros.study.bifurcation.picture import bifurcation_figure
-
-    branch, section = branch_of(result), study.section()
-    along = (study.axis, study.doublings)
-    onset = float(result["contact_onset"]) if "contact_onset" in result else math.nan
-    figure = bifurcation_figure(
-        branch, section, *along, followed=study.sequential, onset=onset, marks=study.marks
-    )
-    return {"bifurcation": figure}
 
 
 def lines(result: xr.Dataset) -> list[str]:
@@ -164,7 +149,7 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.study.bifurcation.compute:Bifurcation",
-    pictures=_pictures,
+    drawing="bouncing_disk_ros.study.bifurcation.picture:pictures",
     lines=lines,
     takes_run=True,
     idle=_idle,

@@ -8,10 +8,11 @@ inner structure. The raster is at the resolution of the page, all else is vector
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from matplotlib.colors import Colormap, LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.period_one import existence_limit
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 from bouncing_disk_ros.matplotlib_figures import edges_of, name_axis, new_figure, typeset
+from bouncing_disk_ros.study.bifurcation.compute import Bifurcation, branch_of
 from bouncing_disk_ros.study.line_picture import few
 
 Array = NDArray[np.float64]
@@ -301,3 +303,14 @@ def _title(branch: Branch, section: NextCollisionMap, axis: str, followed: bool)
         what = f"Attractors reached from {starts} start{'s' if starts > 1 else ''} at each"
     text = f"{what} {MAP_PARAMETERS[axis].symbol}; {', '.join(fixed)}"
     return typeset(text.replace("-", "−"))
+
+
+def pictures(study: Bifurcation, result: xr.Dataset) -> Mapping[str, Figure]:
+    """All figures of a result, by the names of their files; the first one is published."""
+    branch, section = branch_of(result), study.section()
+    along = (study.axis, study.doublings)
+    onset = float(result["contact_onset"]) if "contact_onset" in result else math.nan
+    figure = bifurcation_figure(
+        branch, section, *along, followed=study.sequential, onset=onset, marks=study.marks
+    )
+    return {"bifurcation": figure}

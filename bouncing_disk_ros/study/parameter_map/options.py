@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import Spec
@@ -12,9 +11,6 @@ from bouncing_disk_ros.study.shared_options import map_options
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
-
-    from bouncing_disk_ros.study import Study
 
 
 _ABOUT = """Attractors over a plane of two of the parameters axial forcing, restitution, phase lag
@@ -53,18 +49,6 @@ _SPECS = (
 )  # fmt: skip
 
 
-def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.study.parameter_map.picture import (
-        mean_speed_picture,
-        parameter_map_picture,
-    )
-
-    return {
-        "parameter_map": parameter_map_picture(result),
-        "mean_speed": mean_speed_picture(result),
-    }
-
-
 def lines(result: xr.Dataset) -> list[str]:
     """Shares of the kinds, the periods that occur, the largest speed and exponent."""
     from bouncing_disk_ros.study.printed_lines import kind_shares, largest
@@ -94,7 +78,7 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.study.parameter_map.compute:ParameterMap",
-    pictures=_pictures,
+    drawing="bouncing_disk_ros.study.parameter_map.picture:pictures",
     lines=lines,
     image="period",
     takes_run=True,

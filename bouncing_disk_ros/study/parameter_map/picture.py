@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -35,6 +36,7 @@ from bouncing_disk_ros.matplotlib_figures import (
     new_figure,
     typeset,
 )
+from bouncing_disk_ros.study.computation import Study
 
 #: impacts in one repetition -> colour; the cascade 1, 2, 4, 8 goes from blue to yellow
 PERIODS = {1: BLUE, 2: SKY, 4: GREEN, 8: YELLOW, 3: VERMILION, 6: ORANGE, 5: PURPLE}
@@ -173,3 +175,11 @@ def _title(result: xr.Dataset) -> str:
 
 def _number(value: float) -> str:
     return f"{value:g}".replace("-", "−")
+
+
+def pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
+    """All figures of a result, by the names of their files; the first one is published."""
+    return {
+        "parameter_map": parameter_map_picture(result),
+        "mean_speed": mean_speed_picture(result),
+    }

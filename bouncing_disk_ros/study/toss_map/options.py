@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import Spec
@@ -13,9 +12,7 @@ from bouncing_disk_ros.study.shared_options import TOSS_OPTIONS
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
-    from bouncing_disk_ros.study.toss_map.compute import TossMap
 
 _ABOUT = """Airborne speed, speed ratio and efficiency of single tosses over phase lag and amplitude
 angle, with the extremal points found on the exact function. Fig. 2 of the paper."""
@@ -48,33 +45,6 @@ _SPECS = (
 )  # fmt: skip
 
 
-def _pictures(study: TossMap, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.maps.toss_paths import toss_trajectory
-    from bouncing_disk_ros.maps.tosses import Toss, separation_phase
-    from bouncing_disk_ros.study.toss_map.picture import maps_figure
-    from bouncing_disk_ros.study.toss_paths.picture import toss_title, trajectories_figure
-
-    held = {name: result[name].values for name in Toss._fields if name in result}
-    tosses = Toss(**{name: held.get(name, held["delay"]) for name in Toss._fields})
-    lag, angle = result["phase_lag"].values, result["amplitude_angle"].values
-    given = study.parameters
-    lags, at = study.trajectory_lags, float(given["trajectory_angle"])
-    never_leaves = math.isnan(separation_phase(at, study.setting))
-    runs = [
-        toss_trajectory(
-            one, at, study.setting,
-            angular_velocity=float(given["initial_angular_velocity"]),
-            forcing_phase=float(given["initial_forcing_phase"]),
-            duration=1.0 / study.setting.frequency if never_leaves else None,
-        )
-        for one in lags
-    ]  # fmt: skip
-    return {
-        "toss_map": maps_figure(lag, angle, tosses, study.extremes, study.ridge()),
-        "trajectories": trajectories_figure(runs, [toss_title(one, at) for one in lags]),
-    }
-
-
 def lines(result: xr.Dataset) -> list[str]:
     """The extremal points."""
     from bouncing_disk_ros.maps.single_toss import TOSS_STAYS  # loads kernels
@@ -103,7 +73,7 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.study.toss_map.compute:TossMap",
-    pictures=_pictures,
+    drawing="bouncing_disk_ros.study.toss_map.picture:pictures",
     lines=lines,
     image="airborne_speed",
 )

@@ -7,18 +7,21 @@ lines and marks stay vectors in PDF and SVG.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
 from bouncing_disk_ros.maps.best_toss import Extreme, Ridge
-from bouncing_disk_ros.maps.tosses import Floats, Toss
+from bouncing_disk_ros.maps.toss_paths import toss_trajectory
+from bouncing_disk_ros.maps.tosses import Floats, Toss, separation_phase
 from bouncing_disk_ros.matplotlib_figures import edges_of, mark_in_pi, new_figure, typeset
-from bouncing_disk_ros.study.toss_paths.picture import DPI
+from bouncing_disk_ros.study.toss_map.compute import TossMap
+from bouncing_disk_ros.study.toss_paths.picture import DPI, toss_title, trajectories_figure
 
 _STAYS = "#c8c8c8"
 _HALO = [withStroke(linewidth=3.0, foreground="black")]
@@ -133,3 +136,26 @@ def _mark_ridge(axes: Any, ridge: Ridge) -> None:
         y = ridge.amplitude_angle / math.pi
         halo = {"path_effects": _HALO, "label": label if shift == 0 else None}
         axes.plot(x[stuck], y[stuck], color="white", lw=1.6, zorder=4, **halo)
+
+
+def pictures(study: TossMap, result: xr.Dataset) -> Mapping[str, Figure]:
+    """All figures of a result, by the names of their files; the first one is published."""
+    held = {name: result[name].values for name in Toss._fields if name in result}
+    tosses = Toss(**{name: held.get(name, held["delay"]) for name in Toss._fields})
+    lag, angle = result["phase_lag"].values, result["amplitude_angle"].values
+    given = study.parameters
+    lags, at = study.trajectory_lags, float(given["trajectory_angle"])
+    never_leaves = math.isnan(separation_phase(at, study.setting))
+    runs = [
+        toss_trajectory(
+            one, at, study.setting,
+            angular_velocity=float(given["initial_angular_velocity"]),
+            forcing_phase=float(given["initial_forcing_phase"]),
+            duration=1.0 / study.setting.frequency if never_leaves else None,
+        )
+        for one in lags
+    ]  # fmt: skip
+    return {
+        "toss_map": maps_figure(lag, angle, tosses, study.extremes, study.ridge()),
+        "trajectories": trajectories_figure(runs, [toss_title(one, at) for one in lags]),
+    }

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.parameters import Spec
@@ -13,9 +12,7 @@ from bouncing_disk_ros.study.shared_options import TOSS_OPTIONS
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
-    from bouncing_disk_ros.study import Study
 
 _ABOUT = """Draw the closed paths of the tossing hand for pairs of phase lag and amplitude angle.
 Fig. 1 of the paper."""
@@ -34,16 +31,6 @@ _SPECS = (
          "amplitude angle of each path, one for each phase lag", "φ_L", numbers=True),
     Spec("points", 721, "", "points of each path", low=16, high=1_000_000),
 )  # fmt: skip
-
-
-def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
-    from bouncing_disk_ros.maps.toss_paths import TossPaths
-    from bouncing_disk_ros.study.toss_paths.picture import paths_figure, toss_title
-
-    paths = TossPaths(**{name: result[name].values for name in TossPaths._fields})
-    pairs = zip(result["phase_lag"].values, result["amplitude_angle"].values, strict=True)
-    titles = [toss_title(float(lag), float(angle)) for lag, angle in pairs]
-    return {"toss_paths": paths_figure(paths, titles)}
 
 
 def lines(result: xr.Dataset) -> list[str]:
@@ -66,7 +53,7 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.study.toss_paths.compute:TossPaths",
-    pictures=_pictures,
+    drawing="bouncing_disk_ros.study.toss_paths.picture:pictures",
     lines=lines,
 )
 main = main_of(DEFINITION)

@@ -6,10 +6,11 @@ Colour-blind people can distinguish the colours. The study `toss_map` draws the 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -18,6 +19,7 @@ from bouncing_disk_ros.core.model import Phase
 from bouncing_disk_ros.maps.toss_paths import TossPaths, TossTrajectory
 from bouncing_disk_ros.maps.tosses import Floats
 from bouncing_disk_ros.matplotlib_figures import new_figure
+from bouncing_disk_ros.study.computation import Study
 from bouncing_disk_ros.units import in_pi
 
 DPI = 200
@@ -141,3 +143,11 @@ def _shade(axes: Any, time: Floats, where: NDArray[np.bool_], colour: str, label
         time, 0, 1, where=where, transform=axes.get_xaxis_transform(), color=colour, alpha=0.25,
         lw=0, label=label,
     )  # fmt: skip
+
+
+def pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
+    """All figures of a result, by the names of their files; the first one is published."""
+    paths = TossPaths(**{name: result[name].values for name in TossPaths._fields})
+    pairs = zip(result["phase_lag"].values, result["amplitude_angle"].values, strict=True)
+    titles = [toss_title(float(lag), float(angle)) for lag, angle in pairs]
+    return {"toss_paths": paths_figure(paths, titles)}

@@ -12,9 +12,6 @@ from bouncing_disk_ros.study.definition import Idle, StudyDefinition
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
-
-    from bouncing_disk_ros.study import Study
 
 
 _FUNCTION = """\
@@ -34,14 +31,6 @@ def _idle(values: Mapping[str, Value]) -> Iterator[Idle]:
         yield "largest", "none with count:=1", "The one number is 0."
 
 
-def _pictures(_: Study, result: xr.Dataset) -> Mapping[str, Figure]:
-    from matplotlib.figure import Figure
-
-    figure = Figure()
-    figure.subplots().plot(result["number"], result["square"])
-    return {"toy": figure}
-
-
 def lines(result: xr.Dataset) -> list[str]:
     """The sum."""
     return [f"  sum of squares {float(result['sum']):g} m²"]
@@ -54,7 +43,7 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="support.toy_study.compute:Toy",
-    pictures=_pictures,
+    drawing="support.toy_study.picture:pictures",
     lines=lines,
     not_taken={"gravity": "Squares do not fall"},
     idle=_idle,
