@@ -58,12 +58,12 @@ class Prediction:
 NOTHING = Prediction(np.empty(0), np.empty(0), np.empty(0))
 
 
-def interval_of(values: Array, best: float | None = None) -> Interval:
-    """Median and interval of draws; `best`: in place of the median."""
+def interval_of(values: Array) -> Interval:
+    """Median and interval of draws."""
     ends = np.nan_to_num(values, posinf=np.finfo(float).max / 4.0)  # no nan between two infinities
     ends = np.percentile(ends, [_TAIL, 50.0, 100.0 - _TAIL], method="weibull")  # unbiased shares
     low, middle, high = np.where(ends > 1e300, np.inf, ends)
-    return Interval(float(middle) if best is None else best, float(low), float(high))
+    return Interval(float(middle), float(low), float(high))
 
 
 def draws_of(profiles: Profiles, most: int = FEW) -> Draws:

@@ -114,16 +114,12 @@ class _Pieces:
 
 
 def positive_on(
-    watched: Watched,
-    begin: float,
-    end: float,
-    cuts: tuple[float, ...] = (),
-    most_pieces: int = MOST_PIECES,
+    watched: Watched, begin: float, end: float, cuts: tuple[float, ...] = ()
 ) -> Finding:
     """Whether a function is positive on [begin, end]; `cuts`: where to cut first."""
     if end <= begin:
         return Finding(Sign.POSITIVE)
-    pieces = _Pieces(watched, begin, end, cuts, most_pieces)
+    pieces = _Pieces(watched, begin, end, cuts, MOST_PIECES)
     largest = watched.tolerance(end)
     touch = None
     for piece in pieces:

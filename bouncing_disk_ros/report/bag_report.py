@@ -76,7 +76,7 @@ def _report(start: Start, given: argparse.Namespace) -> int:
             announce_compilation(NAME)
             prove_bag = loaded(PROVE_BAG)
         return int(prove_bag(given))
-    kinds = [] if given.figures.strip() == "none" else figure_kinds(given.figures)
+    kinds = figure_kinds(given.figures)
     with start.stop.loading():
         announce_compilation(NAME)
         import numpy as np

@@ -16,13 +16,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.core.model import Disk, Motion
+from bouncing_disk_ros.distributions import normal_quantile
 from bouncing_disk_ros.errors import InputError, counted
 from bouncing_disk_ros.field_checks import number, numbers, plain
 from bouncing_disk_ros.report.recorded_offset import Offsets, axial_offset
@@ -100,7 +100,7 @@ def critical_count(n: int, chance: float) -> int:
             ways = np.concatenate((ways, np.zeros(rank))) + np.concatenate((np.zeros(rank), ways))
         cumulated = np.cumsum(ways) / 2.0**n
         return int(np.searchsorted(cumulated, chance, side="right")) - 1
-    quantile = NormalDist().inv_cdf(1.0 - chance)
+    quantile = normal_quantile(1.0 - chance)
     spread = math.sqrt(n * (n + 1) * (2 * n + 1) / 24.0)
     return math.floor(0.25 * n * (n + 1) - quantile * spread - 0.5)
 

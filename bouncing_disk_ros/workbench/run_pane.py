@@ -185,7 +185,7 @@ class RunPane:
         self._figures = run_figures()
         self._window: SideWindow | None = None
         self._looked = -math.inf
-        self._size, self._unit = 1.0, "m"
+        self._size = 1.0
         self._values: dict[str, float] = {}
         self._scale = 1.0
         self._least_speed, self._predicted = 0.0, cast("float | None", None)
@@ -315,7 +315,7 @@ class RunPane:
         self._window = window
         size, unit = shown_unit("m", 0.4 * (window.high - window.low))
         figures, changed = self._figures, size != self._size
-        self._size, self._unit = size, unit
+        self._size = size
         figures.heights.update(start=window.low / size, end=window.high / size)
         figures.side.yaxis.axis_label = f"height ({unit})"
         wide, name = shown_unit("m", 0.8 * window.half_width)

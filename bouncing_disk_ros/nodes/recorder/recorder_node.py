@@ -61,8 +61,8 @@ LAST_SECONDS = 1.0
 class Recorder(Node):
     """Records until `stop`; `output` wins over the parameter of that name."""
 
-    def __init__(self, output: str = "", name: str = "recorder", **kwargs: Any) -> None:
-        super().__init__(name, **kwargs)
+    def __init__(self, output: str = "", **kwargs: Any) -> None:
+        super().__init__("recorder", **kwargs)
         self._values = options(self, OPTIONS)
         self._topics: dict[str, RecordedTopic] = {}
         self._refused: set[str] = set()

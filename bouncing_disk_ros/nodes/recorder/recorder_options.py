@@ -103,7 +103,6 @@ class Selection:
         usual = {name for name, topic in own.items() if topic.direction is Direction.OUT}
         self._names = usual if default else {_resolved(name, resolve) for name in given}
         self.known = {name: topic for name, topic in own.items() if self.wants(name)}
-        self.named = sorted(name for name in self._names if self.wants(name))
 
     def wants(self, name: str) -> bool:
         """Whether a topic of this full name is recorded."""
