@@ -267,7 +267,7 @@ class _Known:
         rejected = np.delete(recording.times, chain.kept)
         with ThreadPoolExecutor() as beside:  # the kernels let go of the GIL
             told = beside.submit(self._told, found)
-            second = beside.submit(self._second, recording, errors, chain)
+            second = beside.submit(self._second, recording, errors, found)
             value = self._other_value(recording, errors, found)
             rival, other = math.nan, math.nan
             if value is None:
@@ -453,14 +453,17 @@ class _Known:
         is_open = sum(one.odds for one in alternatives) > REFUTED
         return tuple(sorted(alternatives, key=lambda one: -one.odds)) if is_open else ()
 
-    def _second(self, recording: Recording, errors: Array | None, chain: Chain) -> ImpactFit | None:
+    def _second(
+        self, recording: Recording, errors: Array | None, found: _Sequence
+    ) -> ImpactFit | None:
         """The fit of the hits that a chain leaves out; None where they are no flights.
 
         On a vibrating platform some of them are heard during the flights of the chain: one disk
         cannot have both. Other hits can be impacts of chatter, or impacts after a contact. Few
-        false hits have chains too, but with flights below the platform.
+        false hits have chains too, but with flights below the platform, or on a platform that
+        moves otherwise than the one below the first disk.
         """
-        times = recording.times
+        times, chain = recording.times, found.chain
         left = np.setdiff1d(self._heard(times), chain.kept)
         flight = np.searchsorted(chain.kept, left) - 1
         is_during = (flight >= 0) & (flight < len(chain.kept) - 1)
@@ -470,15 +473,24 @@ class _Known:
             return None
         part = replace(recording, times=times[left], sound=None)
         errors = None if errors is None else errors[left]
-        alone = replace(self, height=0.0, fall_time=0.0)
+        alone, models = replace(self, height=0.0, fall_time=0.0), list[_Known]()
+        if self.frequency > 0.0:
+            _, amplitude, phase, frequency, *_ = found.profiles.estimate
+            models.append(replace(
+                alone, amplitude=float(amplitude), frequency=float(frequency), frequency_error=0.0,
+                phase=(float(phase), found.profiles.deviation(PHASE)),
+            ))  # fmt: skip
         try:
-            found = alone._flights(part, errors)
-            is_during = is_during[found.chain.kept]
-            if not (is_during.any() and alone._evidence(found, part) >= -math.log(REFUTED)):
-                return None  # before its draws
-            is_other = part_possible(found.profiles, found.draws) >= LEVEL
-            is_other &= alone._physical(found, part) >= -math.log(REFUTED)
-            return alone._results(part, errors, found) if is_other else None
+            for model in [alone, *models]:
+                other = model._flights(part, errors)
+                if not is_during[other.chain.kept].any():
+                    return None
+                if not model._evidence(other, part) >= -math.log(REFUTED):
+                    return None  # before its draws
+                is_other = part_possible(other.profiles, other.draws) >= LEVEL
+                if not (is_other and model._physical(other, part) >= -math.log(REFUTED)):
+                    return None
+            return model._results(part, errors, other)
         except (InputError, FailedError):
             return None
 
