@@ -20,7 +20,6 @@ from std_msgs.msg import Float64
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 from bouncing_disk_ros.core.model import IMPACT_DTYPE, join_rows
-from bouncing_disk_ros.limits import COMMAND_BYTES, COMMAND_POINTS
 from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.ros.to_messages import ns_to_duration, ns_to_time
 from bouncing_disk_ros.run import input_records as records_of
@@ -31,6 +30,7 @@ from bouncing_disk_ros.topics import MOTION_NAMES, OFFSET_JOINTS
 from reference.cases import FIRST, examples
 from support.commanded import WALL_NS, CommandedSession
 from support.driven import replayed
+from support.wrong_commands import OFFSETS, WRONG
 
 FREQUENCIES = (1e-3, 1e6)
 """Range of the platform's frequency, Hz: one command may ask for any change within it."""
@@ -39,9 +39,6 @@ FORCINGS = (1e-3, 1e2)
 GRAVITY = 9.80665
 MASS = 0.25
 NS = 1_000_000_000
-NO_NUMBERS = (math.nan, math.inf, -math.inf, 1e300, -1e7)
-"""Numbers that no command may have."""
-OFFSET_TOPIC = "platform/joint_trajectory"
 _JOINTS = ([OFFSET_JOINTS[0]], [OFFSET_JOINTS[1]], list(OFFSET_JOINTS), list(OFFSET_JOINTS[::-1]))
 
 
@@ -63,7 +60,6 @@ class RandomCommands:
     def __init__(self, rng: random.Random, *, wild: bool = False) -> None:
         self.rng, self._wild = rng, wild
 
-    # --- valid ------------------------------------------------------------------------------------
     def motion(self) -> dict[str, float]:
         """Some of the four values, together a motion that can be followed."""
         rng = self.rng
@@ -132,59 +128,6 @@ class RandomCommands:
             return self.value()
         return Command("disk/impulse", packed(self.impulse(now_ns)))
 
-    # --- wrong, mostly ----------------------------------------------------------------------------
-    def wrong(self, now_ns: int) -> Command:
-        """A command with a fault; a flipped bit may leave one that is valid."""
-        rng = self.rng
-        match rng.randrange(8):
-            case 0:
-                return Command("platform/frequency", packed(Float64(data=self._no_number())))
-            case 1:
-                msg = self.programme(now_ns)
-                msg.joint_names = [
-                    *msg.joint_names[:-1],
-                    rng.choice(["x", "", "é" * 50, "frequency"]),
-                ]
-                return Command("platform/command", packed(msg))
-            case 2:
-                msg = self.programme(now_ns)
-                msg.points.append(JointTrajectoryPoint(positions=[self._no_number()] * 4))
-                return Command("platform/command", packed(msg))
-            case 3:
-                msg = self.programme(now_ns)
-                msg.header.stamp.sec = rng.choice([1, -5, msg.header.stamp.sec - 10])
-                return Command("platform/command", packed(msg))
-            case 4:
-                impulse = self.impulse(now_ns)
-                setattr(impulse.wrench.force, rng.choice("xyz"), self._no_number())
-                return Command("disk/impulse", packed(impulse))
-            case 5:
-                topic, data = self.valid(now_ns)
-                return Command(topic, flipped(rng, data))
-            case 6:
-                topic, data = self.valid(now_ns)
-                return Command(topic, data[: rng.randrange(len(data))])
-            case _:
-                return Command(rng.choice(["platform/command", "disk/impulse"]), self._noise())
-
-    def _no_number(self) -> float:
-        return self.rng.choice([math.nan, math.inf, -math.inf, -1.0, 1e300, -5e-324])
-
-    def _noise(self) -> bytes:
-        rng = self.rng
-        length = rng.choice([0, 3, 20, 200, 5000, COMMAND_BYTES + 1])
-        if rng.random() < 0.1:
-            points = [JointTrajectoryPoint()] * (COMMAND_POINTS + 1)
-            return packed(JointTrajectory(points=points))
-        return b"\x00\x01\x00\x00" + rng.randbytes(length)
-
-
-class RandomTrajectories:
-    """Draws trajectories; `now_ns` of ROS time goes into stamps."""
-
-    def __init__(self, rng: random.Random) -> None:
-        self.rng = rng
-
     def trajectory(self, now_ns: int) -> JointTrajectory:
         """Lines, cubics or quintics of one joint or both, now or at a stamp; some cancel."""
         rng = self.rng
@@ -206,39 +149,21 @@ class RandomTrajectories:
     def _values(self, msg: JointTrajectory, scale: float) -> array[float]:
         return array("d", [self.rng.gauss(0.0, scale) for _ in msg.joint_names])
 
-    def valid(self, now_ns: int) -> Command:
-        """A valid trajectory."""
-        return Command(OFFSET_TOPIC, packed(self.trajectory(now_ns)))
-
-    def wrong(self, now_ns: int) -> Command:
-        """A trajectory with a fault; a flipped bit may leave one that is valid."""
-        rng, msg = self.rng, self.trajectory(now_ns)
-        while not msg.points:
-            msg = self.trajectory(now_ns)
-        last = msg.points[-1]
-        match rng.randrange(8):
-            case 0:
-                last.positions[0] = rng.choice(NO_NUMBERS)
-            case 1:
-                msg.joint_names[-1] = rng.choice(["x", "", "é" * 50, "frequency", "platform_axia"])
-            case 2:
-                msg.joint_names = [OFFSET_JOINTS[0]] * 2
-            case 3:
-                msg.points.append(last)  # not later than the one before it
-            case 4:
-                msg.header.stamp.sec = rng.choice([1, -5, now_ns // NS - 1000])
-            case 5:
-                msg.points = [last] * rng.choice([COMMAND_POINTS + 1, 20 * COMMAND_POINTS])
-            case 6:
-                return Command(OFFSET_TOPIC, flipped(rng, packed(msg)))
-            case _:
-                data = packed(msg)
-                return Command(OFFSET_TOPIC, data[: rng.randrange(len(data))])
-        return Command(OFFSET_TOPIC, packed(msg))
-
 
 def packed(msg: Any) -> bytes:
     return bytes(serialize_message(msg))
+
+
+def wrong(rng: random.Random, right: Command) -> Command:
+    """One of the table, or the right one with bytes replaced, which may be right, or cut off."""
+    match rng.randrange(3):
+        case 0:
+            topic, msg, _ = rng.choice(WRONG)
+            return Command(topic, packed(msg))
+        case 1:
+            return Command(right.topic, flipped(rng, right.data))
+        case _:
+            return Command(right.topic, right.data[: rng.randrange(len(right.data))])
 
 
 def flipped(rng: random.Random, data: bytes) -> bytes:
@@ -275,7 +200,6 @@ def storm(seed: int, commands: int = COMMANDS, *, offsets: bool = False) -> Stor
     """
     rng = random.Random(seed)
     draw = RandomCommands(rng, wild=seed % 2 == 1 and not offsets)
-    trajectories = RandomTrajectories(rng) if offsets else draw
     commanded = CommandedSession(
         restitution=rng.choice([0.0, 0.5, 0.9, 1.0]), crossfade_duration=rng.choice([0.0, 1e-3])
     )
@@ -283,8 +207,12 @@ def storm(seed: int, commands: int = COMMANDS, *, offsets: bool = False) -> Stor
     accepted = 0
     for _ in range(commands):
         now_ns = WALL_NS + session.time_ns
-        chosen = trajectories if offsets and rng.random() < 0.5 else draw
-        command = chosen.valid(now_ns) if rng.random() < 0.5 else chosen.wrong(now_ns)
+        if offsets and rng.random() < 0.5:
+            command = Command(OFFSETS, packed(draw.trajectory(now_ns)))
+        else:
+            command = draw.valid(now_ns)
+        if rng.random() < 0.5:
+            command = wrong(rng, command)
         accepted += commanded.take(*command)
         if session.resolve_waiting():
             ahead = round(between(rng, 1.0, 1e8))
