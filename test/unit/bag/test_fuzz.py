@@ -6,6 +6,7 @@ soak` has fifty thousand damages.
 
 from __future__ import annotations
 
+import itertools
 import random
 import shutil
 import time
@@ -90,6 +91,11 @@ def read_and_recovered(folder: Path) -> list[str]:
 def test_damaged_bags_are_read_or_refused(tmp_path: Path) -> None:
     whole = wholes()
     forgery = [forgeries(fields(one)) for one in whole]
+    assert {one.field.partition(".")[0] for one in itertools.chain(*forgery)} >= {
+        "magic", "header", "schema", "channel", "chunk", "message", "message_index", "attachment",
+        "metadata", "data_end", "statistics", "chunk_index", "attachment_index", "metadata_index",
+        "summary_offset", "footer", "end_magic",
+    }  # fmt: skip
     refused = 0
     for seed in range(FIRST, FIRST + DAMAGES):
         dice, folder = random.Random(seed), tmp_path / "run"
