@@ -21,18 +21,11 @@ from support import fifty_digits
 
 pytest.importorskip("flint")
 
-SHORT = {"plastic_drop", "drop", "near_miss", "near_touch", "slipping_impacts",
-         "sticking_impacts", "sliding_to_rest", "load_torque"}  # fmt: skip
-"""Cases whose bounds are computed in `make test`; `make soak` computes all."""
-BY_LENGTH = [
-    pytest.param(case, id=case.name, marks=[] if case.name in SHORT else [pytest.mark.soak])
-    for case in CASES
-]
 EACH = pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 
 
 # --- the bounds -----------------------------------------------------------------------------------
-@pytest.mark.parametrize("case", BY_LENGTH)
+@EACH
 def test_the_files_are_made_again_byte_by_byte(case: Case, tmp_path: Path) -> None:
     for path in write(tmp_path, case):
         assert path.read_bytes() == (folder() / path.name).read_bytes()
