@@ -80,7 +80,7 @@ def test_whoever_ends_and_is_started_again_changes_nothing(
     """A controller is killed between its input and its answer; then the simulator is another one.
 
     The second controller goes on with the new simulator, whose gates it has answered before. Every
-    edge, and simulators that are killed: test/soak/test_lockstep_runs.py.
+    edge: test/soak/test_lockstep_runs.py.
     """
     process = killed(start, page, "before the answer", 3)
     loop.spin_until(lambda: not process.running)
