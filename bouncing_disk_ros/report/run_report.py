@@ -86,11 +86,13 @@ class Pace(NamedTuple):
 class RealTime(NamedTuple):
     """How the simulator kept time, from its reports once a second."""
 
+    reports: int
     paces: tuple[Pace, ...]  # for each factor that was asked for
     lateness: tuple[float, float, float]  # median of p50, largest p99, largest of all, s
     behind: float  # most, s
     skipped: int
     refused: int
+    residual: float  # of the energy balance, largest
 
 
 @dataclass(frozen=True)
@@ -279,6 +281,7 @@ def _real_time(
     if not health:
         return None
     return RealTime(
+        len(health),
         tuple(_paces(health, np.sort(np.array(clock_set)), spans)),
         (
             float(np.median([report.lateness_p50 for report in health])),
@@ -288,6 +291,7 @@ def _real_time(
         max(report.behind for report in health),
         max(report.skipped for report in health),
         max(report.refused for report in health),
+        max(report.residual for report in health),
     )
 
 
