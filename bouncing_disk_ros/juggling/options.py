@@ -115,7 +115,6 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.juggling.compute:Juggling",
-    drawing="bouncing_disk_ros.juggling.picture:pictures",
     lines=lines,
     idle=_idle,
 )

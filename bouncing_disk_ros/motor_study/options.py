@@ -117,7 +117,6 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.motor_study.compute:Motor",
-    drawing="bouncing_disk_ros.motor_study.picture:pictures",
     lines=lines,
     image="mean_speed",
     takes_run=True,

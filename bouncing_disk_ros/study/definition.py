@@ -48,8 +48,6 @@ class StudyDefinition:
     """The options that decide its result."""
     study: str
     """The class that computes, as module:name."""
-    drawing: str
-    """The function that draws its result, as module:name; see `pictures`."""
     lines: Callable[[xr.Dataset], list[str]]
     """What the executable prints of a result."""
     image: str = ""
@@ -89,8 +87,12 @@ class StudyDefinition:
         return made
 
     def pictures(self, study: Study, result: xr.Dataset) -> Mapping[str, Figure]:
-        """Name of the file (without its kind) -> figure; the first one is published."""
-        drawn: Mapping[str, Figure] = loaded(self.drawing)(study, result)
+        """Name of the file (without its kind) -> figure; the first one is published.
+
+        The function `pictures` draws them, in `picture.py` beside the module of the study.
+        """
+        package = self.study.partition(":")[0].rpartition(".")[0]
+        drawn: Mapping[str, Figure] = loaded(f"{package}.picture:pictures")(study, result)
         return drawn
 
     def refuse_idle(self, values: Mapping[str, Value]) -> None:

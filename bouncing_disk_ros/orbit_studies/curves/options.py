@@ -81,7 +81,6 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.orbit_studies.curves.compute:Curves",
-    drawing="bouncing_disk_ros.orbit_studies.curves.picture:pictures",
     lines=lines,
     image="period",
     takes_run=True,

@@ -96,7 +96,6 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.orbit_studies.manifolds.compute:Manifolds",
-    drawing="bouncing_disk_ros.orbit_studies.manifolds.picture:pictures",
     lines=lines,
     image="label",
     takes_run=True,

@@ -175,7 +175,6 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.orbit_studies.resilience.compute:ResilienceStudy",
-    drawing="bouncing_disk_ros.orbit_studies.resilience.picture:pictures",
     lines=lines,
     takes_run=True,
     not_taken=dict.fromkeys(_NOT_TAKEN, NO_ROTATION),

@@ -74,7 +74,6 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.study.basin_shares.compute:BasinShares",
-    drawing="bouncing_disk_ros.study.basin_shares.picture:pictures",
     lines=lines,
     takes_run=True,
 )

@@ -137,7 +137,6 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.study.basins.compute:Basins",
-    drawing="bouncing_disk_ros.study.basins.picture:pictures",
     lines=lines,
     image="label",
     takes_run=True,

@@ -149,7 +149,6 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.study.bifurcation.compute:Bifurcation",
-    drawing="bouncing_disk_ros.study.bifurcation.picture:pictures",
     lines=lines,
     takes_run=True,
     idle=_idle,

@@ -78,7 +78,6 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.study.parameter_map.compute:ParameterMap",
-    drawing="bouncing_disk_ros.study.parameter_map.picture:pictures",
     lines=lines,
     image="period",
     takes_run=True,

@@ -73,7 +73,6 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.study.toss_map.compute:TossMap",
-    drawing="bouncing_disk_ros.study.toss_map.picture:pictures",
     lines=lines,
     image="airborne_speed",
 )

@@ -53,7 +53,6 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="bouncing_disk_ros.study.toss_paths.compute:TossPaths",
-    drawing="bouncing_disk_ros.study.toss_paths.picture:pictures",
     lines=lines,
 )
 main = main_of(DEFINITION)

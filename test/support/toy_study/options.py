@@ -43,7 +43,6 @@ DEFINITION = StudyDefinition(
     function=_FUNCTION,
     specs=_SPECS,
     study="support.toy_study.compute:Toy",
-    drawing="support.toy_study.picture:pictures",
     lines=lines,
     not_taken={"gravity": "Squares do not fall"},
     idle=_idle,
