@@ -14,6 +14,15 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "bouncing_disk_ros"
+PAGE = (ROOT / "docs" / "architecture.md").read_text("utf-8")
+FOLDERS = re.findall(r"^\| `(\w+)` \|", PAGE, re.MULTILINE)
+ARROWS = re.findall(r"^  (\w+) --> (\w+)$", PAGE, re.MULTILINE)
+
+
+def reached(folder: str) -> set[str]:
+    """A folder and all to which the arrows of the page's diagram lead from it."""
+    return {folder}.union(*(reached(below) for above, below in ARROWS if above == folder))
+
 
 TABLES = {
     "angles", "animation", "bounded", "colours", "distributions", "errors",
@@ -21,18 +30,6 @@ TABLES = {
     "kernel_cache", "limits", "niceness", "parameters", "parsing", "public_names", "regular_file",
     "running_numbers", "scalar_search", "side_window", "sliders", "topics", "units",
 }  # fmt: skip
-#: folder of the base -> the folders it may import. A new folder must be entered here or below.
-BASE = {
-    "command_line": {"command_line"},
-    "bag": {"bag"},
-    "core": {"core"},
-    "maps": {"maps", "core"},
-    "run": {"run", "core"},
-    "ros": {"ros", "command_line", "run", "core", "bag"},
-    "report": {"report", "command_line", "ros", "run", "maps", "core", "bag"},
-    "study": {"study", "command_line", "report", "ros", "run", "maps", "core", "bag"},
-    "nodes": {"nodes", "command_line", "report", "ros", "run", "maps", "core", "bag"},
-}
 #: folder of an extension -> the folders it may import; no folder of the base imports one of these
 EXTENSIONS = {
     "motor_study": {"motor_study", "study", "report", "maps", "core"},
@@ -42,9 +39,9 @@ EXTENSIONS = {
     "proof": {"proof", "report", "ros", "run", "core", "bag"},
     "testing": {"testing", "command_line", "nodes", "ros", "run", "core"},
     "cases": {"cases", "command_line", "proof", "run", "core"},
-    "workbench": {"workbench", "command_line", "juggling", "study", "report", "ros", "run", "maps",
-                  "core", "bag"},
-}  # fmt: skip
+    "workbench": reached("workbench"),
+}
+BASE = {folder: reached(folder) for folder in FOLDERS if folder not in EXTENSIONS}
 MAY_IMPORT = {
     **{folder: may | TABLES for folder, may in (BASE | EXTENSIONS).items()},
     "core": {"core", "kernel_cache", "impact_layout", "errors", "field_checks"},
@@ -82,7 +79,6 @@ MODULES = {
     if file.stem != "__init__"
 }
 
-PAGE = (ROOT / "docs" / "architecture.md").read_text("utf-8")
 LINKS = sorted(set(re.findall(r"\[`([^`]+)`\]\(\.\./(bouncing_disk_ros/[^)]+\.py)\)", PAGE)))
 MODEL = (ROOT / "docs" / "model.md").read_text("utf-8")
 _NAMED = re.findall(r"`([a-z_]+\.[A-Za-z_]+)`", MODEL.split("## What is proved")[0])
@@ -232,13 +228,12 @@ def test_links_of_the_page_lead_to_what_they_name() -> None:
 
 
 def test_arrows_of_the_diagram_are_allowed_imports() -> None:
-    arrows = re.findall(r"^  (\w+) --> (\w+)$", PAGE, re.MULTILINE)
-    assert len(arrows) > 10
-    for above, below in arrows:
+    assert len(ARROWS) > 10
+    for above, below in ARROWS:
         assert below in MAY_IMPORT[above], f"{above} --> {below}"
-    packages = set(re.findall(r"^\| `(\w+)` \|", PAGE, re.MULTILINE))
-    folders = {f.parent.name for f in (ROOT / "bouncing_disk_ros").glob("*/__init__.py")}
-    assert packages == folders
+    for place, (folder, imported) in enumerate(BASE.items(), start=1):
+        assert imported <= {*FOLDERS[:place]}, f"{folder}: not above it in the table"
+    assert {*FOLDERS} == {f.parent.name for f in PACKAGE.glob("*/__init__.py")}
 
 
 def test_functions_of_the_model_page_exist() -> None:
