@@ -473,15 +473,15 @@ class _Known:
             return None
         part = replace(recording, times=times[left], sound=None)
         errors = None if errors is None else errors[left]
-        alone, models = replace(self, height=0.0, fall_time=0.0), list[_Known]()
+        models = [replace(self, height=0.0, fall_time=0.0)]
         if self.frequency > 0.0:
             _, amplitude, phase, frequency, *_ = found.profiles.estimate
             models.append(replace(
-                alone, amplitude=float(amplitude), frequency=float(frequency), frequency_error=0.0,
-                phase=(float(phase), found.profiles.deviation(PHASE)),
+                models[0], amplitude=float(amplitude), frequency=float(frequency),
+                frequency_error=0.0, phase=(float(phase), found.profiles.deviation(PHASE)),
             ))  # fmt: skip
         try:
-            for model in [alone, *models]:
+            for model in models:
                 other = model._flights(part, errors)
                 if not is_during[other.chain.kept].any():
                     return None
