@@ -27,14 +27,21 @@ from bouncing_disk_ros.core.layout import (
     SKIP,
     STEADY,
 )
-from bouncing_disk_ros.core.platform import Record
+from bouncing_disk_ros.core.platform import Record, frequency_at
 from bouncing_disk_ros.core.roots import ROUNDING
 
 
 @kernel
 def instant_rounding(state: Record, motion: Record, d: float) -> float:
-    """How well an instant d seconds after the state is known, s: two within it are the same."""
-    return 8.0 * ROUNDING * (elapsed(motion, state.ns, state.sub) + d + 1.0 / motion.f)
+    """How well an instant d seconds after the state is known, s: two within it are the same.
+
+    In a cross-fade that is on the scale of the period there, not of the period before it, which may
+    be ten million times as long.
+    """
+    then = elapsed(motion, state.ns, state.sub) + d
+    if motion.kind == STEADY:
+        return 8.0 * ROUNDING * (then + 1.0 / motion.f)
+    return 8.0 * ROUNDING * (then + min(motion.duration, 1.0 / frequency_at(motion, then)))
 
 
 @kernel

@@ -311,6 +311,18 @@ def test_a_fast_platform_rounds_neither_the_disk_s_speed_nor_the_ledger() -> Non
         assert faster.energy().relative_residual < 1e-12
 
 
+def test_a_fade_from_a_slow_motion_is_sampled_right_after_an_impact_too() -> None:
+    """The rounding of an instant is that of the frequency then, not that of 12 days a period."""
+    slow, elastic = Motion(0.039, 0.0, 1e-6, 0.0), DISK._replace(restitution=1.0)
+    sim = Simulation(slow, elastic, InitialState(axial_velocity=0.1))
+    sim.command([(0, slow._replace(frequency=1e7))], 1_000_000)
+    impacts = 0
+    for at in range(40_000, 40_300):
+        impacts += len(sim.advance(at)[0])
+        assert sim.energy().relative_residual < 1e-12
+    assert impacts > 3
+
+
 def test_rows_of_a_long_call_are_those_of_short_ones_and_stay() -> None:
     whole, cut = run(), run()
     end, step = 2_000_000_000_000, 100_000_000_000
