@@ -17,6 +17,11 @@ INK = "#444444"
 REST_AREA, CONTACT_AREA, UNRESOLVED_AREA = "#f3ead8", "#d9d9d9", "#777777"
 """Areas of a map: a disk at rest, an attractor with contact, no decision. White is the 0 of a
 scale."""
+ABSENT = "#e8e8e8"
+"""The ground where a map has no value."""
+GRID = "#dddddd"
+VALUES_SCALE, SIGNED_SCALE = "viridis", "RdBu_r"
+"""Scales of maps by matplotlib's names: of values from the least on, and of both signs about 0."""
 ATTRACTORS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, YELLOW)
 """The period-1 orbit, mostly the first of these, is dark on light as in the paper."""
 

@@ -13,12 +13,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.colours import GREY
+from bouncing_disk_ros.colours import GREY, GRID
 from bouncing_disk_ros.regular_file import replaced
 from bouncing_disk_ros.units import INDEXED, decimal_in_pi, in_pi, number_text, shown_unit
 
@@ -52,6 +53,12 @@ def new_figure(width: float, height: float, dpi: float = 100.0) -> Figure:
     figure = NotebookFigure(figsize=(width, height), layout="constrained", dpi=dpi)
     FigureCanvasAgg(figure)
     return figure
+
+
+def light_grid(axes: Axes) -> None:
+    """Thin lines at the ticks, behind all that is drawn."""
+    axes.grid(visible=True, color=GRID, linewidth=0.6)
+    axes.set_axisbelow(True)
 
 
 def save_picture(figure: Figure, path: Path) -> None:

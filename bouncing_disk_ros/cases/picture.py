@@ -8,7 +8,7 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from bouncing_disk_ros.colours import BLUE, GREY, VERMILION
-from bouncing_disk_ros.matplotlib_figures import new_figure
+from bouncing_disk_ros.matplotlib_figures import light_grid, new_figure
 
 
 def error_picture(
@@ -39,5 +39,5 @@ def error_picture(
     axes.set_ylabel("|theirs − reference| (s)")
     axes.set_title(title, fontsize=11)
     axes.legend(loc="best", fontsize=9)
-    axes.grid(visible=True, color="#dddddd", linewidth=0.6)
+    light_grid(axes)
     return figure

@@ -27,9 +27,9 @@ from bouncing_disk_ros.parameters import Spec, Value
 from bouncing_disk_ros.ros.from_messages import impacts_from_msg, msg_to_motion, time_to_ns
 from bouncing_disk_ros.ros.node_tool import options
 from bouncing_disk_ros.ros.numbered_subscription import WithInfo
-from bouncing_disk_ros.ros.qos import profile_of, publisher_of, subscription_to
+from bouncing_disk_ros.ros.qos import publisher_of, subscription_to
 from bouncing_disk_ros.ros.to_messages import trajectory_to_msg
-from bouncing_disk_ros.topics import LOCKSTEP_TOPICS, Qos
+from bouncing_disk_ros.topics import JUGGLE_STATUS, LOCKSTEP_TOPICS
 from bouncing_disk_ros.units import NS
 
 SIMULATOR = "bouncing_disk"
@@ -127,7 +127,7 @@ class JuggleNode(Node):
         self.status = ""
         self._out = publisher_of(self, "platform/joint_trajectory")
         self._lag_out = publisher_of(self, "platform/phase_lag")
-        self._status = self.create_publisher(String, "~/status", profile_of(Qos(1, latched=True)))
+        self._status = publisher_of(self, JUGGLE_STATUS)
         number = int(values["lockstep_number"])
         outputs = (self._out, self._lag_out)
         self._gates = GateAnswers(self, number, outputs) if number else None

@@ -12,7 +12,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from bouncing_disk_ros.colours import BLACK, REST_AREA, UNRESOLVED_AREA, VERMILION
+from bouncing_disk_ros.colours import BLACK, REST_AREA, UNRESOLVED_AREA, VALUES_SCALE, VERMILION
 from bouncing_disk_ros.maps.basin_measures import downsample
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
 from bouncing_disk_ros.matplotlib_figures import (
@@ -77,7 +77,7 @@ def _draw(axes: Any, case: xr.Dataset, strategy: str, condition: str) -> Any:
         **frame,
     )
     times = np.where(verdict == 1, downsample(case["time"], MOST_PIXELS), np.nan)
-    drawn = axes.imshow(times, cmap="viridis", norm=LogNorm(SOONEST, LATEST), **frame)
+    drawn = axes.imshow(times, cmap=VALUES_SCALE, norm=LogNorm(SOONEST, LATEST), **frame)
     share = 100.0 * float(case["captured"])
     under = "" if condition == "nominal" else f"\n{_written(condition)}"
     axes.set_title(f"{strategy}: {share:.4g} %{under}", fontsize=9)

@@ -14,7 +14,18 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.colours import BLACK, BLUE, GREY, ORANGE, SKY, UNRESOLVED_AREA, VERMILION
+from bouncing_disk_ros.colours import (
+    ABSENT,
+    BLACK,
+    BLUE,
+    GREY,
+    ORANGE,
+    SIGNED_SCALE,
+    SKY,
+    UNRESOLVED_AREA,
+    VALUES_SCALE,
+    VERMILION,
+)
 from bouncing_disk_ros.core.model import Disk, Motion
 from bouncing_disk_ros.maps.basin_measures import downsample
 from bouncing_disk_ros.matplotlib_figures import (
@@ -45,8 +56,8 @@ def motor_map_picture(result: xr.Dataset) -> Figure:
     figure = new_figure(11.5, 9.0)
     panels = figure.subplots(2, 2, sharex=True, sharey=True)
     speeds = about_zero(downsample(result["mean_speed"], MOST_PIXELS))
-    _draw(figure, panels[0, 0], result, "mean_speed", {"cmap": "RdBu_r", **speeds})
-    _draw(figure, panels[0, 1], result, "efficiency", {"cmap": "viridis", "vmin": 0.0})
+    _draw(figure, panels[0, 0], result, "mean_speed", {"cmap": SIGNED_SCALE, **speeds})
+    _draw(figure, panels[0, 1], result, "efficiency", {"cmap": VALUES_SCALE, "vmin": 0.0})
     powers = about_zero(result["output_power"].values)
     _draw(figure, panels[1, 0], result, "output_power", {"cmap": "PuOr_r", **powers})
     _draw_kinds(panels[1, 1], result)
@@ -65,7 +76,7 @@ def _draw(
 ) -> None:
     values = downsample(result[field], MOST_PIXELS)
     about = result[field].attrs
-    axes.set_facecolor("#e8e8e8")
+    axes.set_facecolor(ABSENT)
     shown = np.ma.masked_invalid(values)
     drawn = axes.imshow(shown, **scale, **map_frame(result["kind"]))
     unit = "" if about["units"] == "1" else f"{about['units']}; "
@@ -175,7 +186,7 @@ def _draw_line(
     useful = known & np.isfinite(middle)
     axes.add_collection(LineCollection(pieces[known & ~useful], colors=GREY, linewidths=1.6))
     axes.add_collection(
-        LineCollection(pieces[useful], array=middle[useful], cmap="viridis", norm=norm,
+        LineCollection(pieces[useful], array=middle[useful], cmap=VALUES_SCALE, norm=norm,
                        linewidths=2.2)
     )  # fmt: skip
 
@@ -213,10 +224,10 @@ def _draw_efficiency(
     shown = np.ma.masked_invalid(efficiency)
     if _contours_show(efficiency):
         levels = MaxNLocator(_LEVELS).tick_values(0.0, norm.vmax or 1.0)
-        drawn = axes.contourf(x, y, shown, levels, cmap="viridis", norm=norm)
+        drawn = axes.contourf(x, y, shown, levels, cmap=VALUES_SCALE, norm=norm)
     else:
         frame = pixel_frame(x, y)
-        drawn = axes.imshow(shown, cmap="viridis", norm=norm, **frame)
+        drawn = axes.imshow(shown, cmap=VALUES_SCALE, norm=norm, **frame)
         axes.set(xlim=frame["extent"][:2], ylim=frame["extent"][2:])
         cut_at_zero(axes, x, y)
         if len(y) <= LINES:

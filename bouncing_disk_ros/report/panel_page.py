@@ -10,7 +10,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from bouncing_disk_ros.matplotlib_figures import mark_in_pi, new_figure, typeset
+from bouncing_disk_ros.matplotlib_figures import light_grid, mark_in_pi, new_figure, typeset
 from bouncing_disk_ros.report.panel import Panel, Series, SeriesStyle
 from bouncing_disk_ros.report.report_files import mark_of
 
@@ -79,8 +79,7 @@ def draw_panel(axes: Any, panel: Panel, absence: str) -> None:
     for part in panel.series:
         _draw_series(axes, part)
     _scales(axes, panel)
-    axes.grid(visible=True, color="#dddddd", linewidth=0.6)
-    axes.set_axisbelow(True)
+    light_grid(axes)
     if has_legend:  # between title and axes, where it covers no curve
         legend = axes.legend(
             fontsize=8, ncols=_COLUMNS, loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False,

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bouncing_disk_ros.command_line.stop import Stop
-from bouncing_disk_ros.topics import Qos
+from bouncing_disk_ros.topics import STUDY_TOPICS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -29,7 +29,6 @@ REPORT_SECONDS = 0.2
 """How often progress is looked at."""
 MOST_SENT = 2048
 """Pixels along a side of the published map, or less than twice as many: some 64 MB."""
-_LATCHED = Qos(1, latched=True)
 
 
 class StudyOutlet:
@@ -57,23 +56,19 @@ class StudyOutlet:
 
 
 class StudyTopics(StudyOutlet):
-    """The latched topics ~/progress, ~/figure/compressed and, of a map, ~/result.
+    """`STUDY_TOPICS`; ~/result of a map alone.
 
     Callbacks run while it waits. `image`: the field of a map, or "".
     """
 
     def __init__(self, node: Node, stop: Stop, image: str) -> None:
-        from sensor_msgs.msg import CompressedImage, Image
-        from std_msgs.msg import Float32
-
-        from bouncing_disk_ros.ros.qos import profile_of
+        from bouncing_disk_ros.ros.qos import publisher_of
 
         super().__init__(stop)
         self._node, self._image = node, image
-        profile = profile_of(_LATCHED)
-        self._progress = node.create_publisher(Float32, "~/progress", profile)
-        self._figure = node.create_publisher(CompressedImage, "~/figure/compressed", profile)
-        self._result = node.create_publisher(Image, "~/result", profile) if image else None
+        self._progress = publisher_of(node, STUDY_TOPICS["~/progress"])
+        self._figure = publisher_of(node, STUDY_TOPICS["~/figure/compressed"])
+        self._result = publisher_of(node, STUDY_TOPICS["~/result"]) if image else None
 
     def wait(self, condition: Callable[[], bool], meanwhile: Callable[[], None]) -> bool:
         """Run callbacks until a condition holds or a signal came; whether it holds."""

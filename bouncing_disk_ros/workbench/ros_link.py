@@ -27,7 +27,7 @@ from bouncing_disk_ros.ros.node_tool import publishing_nodes
 from bouncing_disk_ros.ros.numbered_subscription import WithInfo
 from bouncing_disk_ros.ros.qos import profile_of, publisher_of, subscription_to
 from bouncing_disk_ros.ros.to_messages import impulse_to_msg, trajectory_to_msg
-from bouncing_disk_ros.topics import MOTION_NAMES, Qos
+from bouncing_disk_ros.topics import JUGGLE_STATUS, MOTION_NAMES, Qos
 from bouncing_disk_ros.workbench.actions import (
     Action,
     Call,
@@ -60,8 +60,7 @@ class JugglerProcess:
         self._node, self._history = node, history
         self._child: Child | None = None
         self._action = Juggle("none")
-        latched = profile_of(Qos(1, latched=True))
-        node.create_subscription(String, TOPIC, self._on_status, latched)
+        subscription_to(node, JUGGLE_STATUS, self._on_status, TOPIC)
 
     def _on_status(self, msg: String) -> None:
         self._history.juggling = str(msg.data)

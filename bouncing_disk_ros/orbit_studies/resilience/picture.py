@@ -13,9 +13,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from bouncing_disk_ros.colours import BLACK
+from bouncing_disk_ros.colours import ABSENT, BLACK, VALUES_SCALE
 from bouncing_disk_ros.matplotlib_figures import (
     cell_ends,
+    light_grid,
     mark_in_pi,
     name_axis,
     new_figure,
@@ -24,7 +25,7 @@ from bouncing_disk_ros.matplotlib_figures import (
 from bouncing_disk_ros.study.computation import Study
 from bouncing_disk_ros.study.line_picture import draw_shares, few, line_colors, line_legend
 
-_NEVER, _ABSENT = "#f7c6c5", "#e8e8e8"
+_NEVER = "#f7c6c5"
 """Areas where no impulse is fatal, and where there is no such attractor."""
 
 
@@ -51,8 +52,7 @@ def resilience_picture(result: xr.Dataset) -> Figure:
                         fontsize=9)  # fmt: skip
     _draw_times(panels[3], result, x, colors)
     for axes in panels:
-        axes.grid(visible=True, color="#dddddd", linewidth=0.6)
-        axes.set_axisbelow(True)
+        light_grid(axes)
     if len(np.unique(x)) > 1:
         panels[3].set_xlim(x.min(), x.max())
     name_axis(panels[3].xaxis, result["value"].attrs)
@@ -126,11 +126,11 @@ def impulse_picture(result: xr.Dataset) -> Figure:
     for k, (axes, name) in enumerate(zip(panels, ("upwards", "downwards"), strict=True)):
         shown = np.ma.masked_invalid(sizes[:, k])
         never = np.ma.masked_equal(np.isinf(sizes[:, k]), False)
-        axes.set_facecolor(_ABSENT)
+        axes.set_facecolor(ABSENT)
         frame = {"origin": "lower", "aspect": "auto", "interpolation": "nearest",
                  "extent": (0.0, 1.0, *cell_ends(x))}  # fmt: skip
         axes.imshow(never, cmap=ListedColormap([_NEVER]), **frame)
-        drawn = axes.imshow(shown, norm=PowerNorm(0.5, 0.0, top), cmap="viridis", **frame)
+        drawn = axes.imshow(shown, norm=PowerNorm(0.5, 0.0, top), cmap=VALUES_SCALE, **frame)
         axes.set_xlabel("part of a repetition since its first impact")
         axes.set_title(f"impulse {name}", fontsize=10)
     figure.colorbar(drawn, ax=panels, label=r"fatal impulse ($m\,\pi g/\omega$)", extend="max")
@@ -145,7 +145,7 @@ def _areas(figure: Figure, sizes: NDArray[np.float64], largest: float) -> None:
     """What the areas without a size are, those that are there."""
     texts = (
         (_NEVER, f"no impulse up to {largest:g} is fatal", np.isinf(sizes).any()),
-        (_ABSENT, "the attractor is not there, or its size is not decided", np.isnan(sizes).any()),
+        (ABSENT, "the attractor is not there, or its size is not decided", np.isnan(sizes).any()),
     )
     handles = [Patch(facecolor=color, edgecolor=BLACK, linewidth=0.5, label=text)
                for color, text, there in texts if there]  # fmt: skip

@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from bouncing_disk_ros.colours import INK
-from bouncing_disk_ros.matplotlib_figures import name_axis, new_figure, typeset
+from bouncing_disk_ros.matplotlib_figures import light_grid, name_axis, new_figure, typeset
 from bouncing_disk_ros.study.computation import Study
 from bouncing_disk_ros.study.line_picture import draw_shares, line_colors, line_legend
 
@@ -31,8 +31,7 @@ def basin_shares_picture(result: xr.Dataset) -> Figure:
     bottom.plot(x, result["best_speed"].values, ".", ms=4, color=INK)
     bottom.set_ylabel("mean speed there\n($\\omega\\Phi$)")
     for axes in (middle, bottom):
-        axes.grid(visible=True, color="#dddddd", linewidth=0.6)
-        axes.set_axisbelow(True)
+        light_grid(axes)
     figure.suptitle(_title(result), fontsize=11)
     if len(np.unique(x)) > 1:
         bottom.set_xlim(x.min(), x.max())
@@ -45,7 +44,7 @@ def _draw_lines(figure: Figure, axes: Any, result: xr.Dataset) -> None:
     colors = line_colors(result)
     draw_shares(axes, result, result["value"].values, colors)
     line_legend(figure, result, colors)
-    axes.grid(visible=True, color="#dddddd", linewidth=0.6)
+    light_grid(axes)
 
 
 def _title(result: xr.Dataset) -> str:

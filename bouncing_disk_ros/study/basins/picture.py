@@ -16,7 +16,9 @@ from bouncing_disk_ros.colours import (
     BLACK,
     CONTACT_AREA,
     REST_AREA,
+    SIGNED_SCALE,
     UNRESOLVED_AREA,
+    VALUES_SCALE,
     VERMILION,
     attractor_colors,
 )
@@ -123,7 +125,7 @@ def _draw_times(figure: Figure, axes: Any, result: xr.Dataset) -> None:
     known = np.isfinite(cycles)
     top = float(np.quantile(cycles[known], 0.995)) if known.any() else 1.0
     axes.set_facecolor(UNRESOLVED_AREA)
-    drawn = axes.imshow(cycles, cmap="viridis", vmin=0.0, vmax=top, **frame(result))
+    drawn = axes.imshow(cycles, cmap=VALUES_SCALE, vmin=0.0, vmax=top, **frame(result))
     figure.colorbar(drawn, ax=axes, label="time until it is clear (periods 2π/ω)", extend="max")
     axes.set_title("Time until it is clear where a start goes", fontsize=10)
     if not known.all():
@@ -175,7 +177,7 @@ def start_speeds_picture(result: xr.Dataset) -> Figure:
             axes.set_visible(False)
             continue
         axes.set_facecolor(UNRESOLVED_AREA)
-        drawn = axes.imshow(speeds[place], cmap="RdBu_r", vmin=-top, vmax=top, **frame(result))
+        drawn = axes.imshow(speeds[place], cmap=SIGNED_SCALE, vmin=-top, vmax=top, **frame(result))
         before = float(result["angular_velocity"].values[place])
         axes.set_title(rf"from $\dot\alpha$ = {before:g} $\omega\Phi$".replace("-", "−"))
         label_axes(axes, result)

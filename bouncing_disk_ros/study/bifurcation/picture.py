@@ -24,7 +24,13 @@ from bouncing_disk_ros.maps.bifurcations import Doubling
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
 from bouncing_disk_ros.maps.period_one import existence_limit
 from bouncing_disk_ros.maps.scales import MAP_PARAMETERS
-from bouncing_disk_ros.matplotlib_figures import edges_of, name_axis, new_figure, typeset
+from bouncing_disk_ros.matplotlib_figures import (
+    edges_of,
+    light_grid,
+    name_axis,
+    new_figure,
+    typeset,
+)
 from bouncing_disk_ros.study.bifurcation.compute import Bifurcation, branch_of
 from bouncing_disk_ros.study.line_picture import few
 
@@ -91,8 +97,7 @@ def bifurcation_figure(
     if followed and len(middle.get_legend_handles_labels()[0]) > 1:
         middle.legend(loc="best", fontsize=9)
     for axes in panels:
-        axes.grid(visible=True, color="#dddddd", linewidth=0.5)
-        axes.set_axisbelow(True)
+        light_grid(axes)
     ends = branch.values if len(branch.values) > 1 else edges_of(branch.values)
     top.set_xlim(float(ends.min()), float(ends.max()))
     if axis == "angular_forcing" and branch.values.max() > _DECADES * branch.values.min():

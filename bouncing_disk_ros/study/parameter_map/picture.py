@@ -20,6 +20,7 @@ from bouncing_disk_ros.colours import (
     ORANGE,
     PURPLE,
     REST_AREA,
+    SIGNED_SCALE,
     SKY,
     UNRESOLVED_AREA,
     VERMILION,
@@ -76,7 +77,7 @@ def mean_speed_picture(result: xr.Dataset) -> Figure:
     ground = ListedColormap([UNRESOLVED_AREA, REST_AREA])
     axes.imshow(np.where(rest, 1.0, 0.0), cmap=ground, vmin=0.0, vmax=1.0, **frame)
     shown = np.ma.masked_where(~known, speed)
-    drawn = axes.imshow(shown, cmap="RdBu_r", **about_zero(speed), **frame)
+    drawn = axes.imshow(shown, cmap=SIGNED_SCALE, **about_zero(speed), **frame)
     figure.colorbar(drawn, ax=axes, label="mean speed α̇ / (ωΦ)")
     _legend_of_areas(
         axes,
@@ -131,7 +132,7 @@ def _draw_exponents(figure: Figure, axes: Any, result: xr.Dataset) -> None:
     frame = map_frame(result["period"])
     axes.imshow(ground, cmap=ListedColormap([REST_AREA, CONTACT_AREA]), vmin=0.0, vmax=1.0, **frame)
     shown = np.ma.masked_where(~finite, exponent)
-    drawn = axes.imshow(shown, cmap="RdBu_r", vmin=-(top or 1.0), vmax=top or 1.0, **frame)
+    drawn = axes.imshow(shown, cmap=SIGNED_SCALE, vmin=-(top or 1.0), vmax=top or 1.0, **frame)
     figure.colorbar(drawn, ax=axes, label="Lyapunov exponent λ per impact", extend="both")
     _legend_of_areas(
         axes,

@@ -18,7 +18,7 @@ from bouncing_disk_ros.colours import BLUE, DISK, GREEN, GREY, PLATFORM, PURPLE,
 from bouncing_disk_ros.core.model import Phase
 from bouncing_disk_ros.maps.toss_paths import TossPaths, TossTrajectory
 from bouncing_disk_ros.maps.tosses import Floats
-from bouncing_disk_ros.matplotlib_figures import new_figure
+from bouncing_disk_ros.matplotlib_figures import light_grid, new_figure
 from bouncing_disk_ros.study.computation import Study
 from bouncing_disk_ros.units import in_pi
 
@@ -54,8 +54,7 @@ def paths_figure(paths: TossPaths, titles: Sequence[str], columns: int = 3) -> F
         _path(axes, paths, i)
         axes.set_title(f"({'abcdefghijklmnopqrstuvwxyz'[i % 26]}) {title}", fontsize=10)
         axes.set(xlim=(-reach, reach), ylim=(-reach, reach), aspect="equal")
-        axes.grid(visible=True, color="#dddddd", linewidth=0.6)
-        axes.set_axisbelow(True)
+        light_grid(axes)
         axes.label_outer()
     figure.supxlabel(r"arc $a_e \beta$ along the circle of radius $a_e$ (mm)", fontsize=10)
     figure.supylabel("height $s$ (mm)", fontsize=10)
@@ -113,8 +112,7 @@ def trajectories_figure(
                 _shade(axes, run.time, run.phase == phase, colour, label)
     for axes in panels:
         axes.title.set_fontsize(10)
-        axes.grid(visible=True, color="#dddddd", linewidth=0.6)
-        axes.set_axisbelow(True)
+        light_grid(axes)
     panels[-1].set(xlabel="time after the start (s)")
     panels[-1].set_xlim(first.time[0], first.time[-1])
     entries = {
