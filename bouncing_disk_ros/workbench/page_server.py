@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import importlib
 import os
 import re
@@ -150,10 +151,11 @@ def _addresses() -> set[str]:
 
 def _cannot_listen(address: str, port: int, error: Exception) -> InputError:
     reason = getattr(error, "strerror", "") or str(error)
+    if isinstance(error, socket.gaierror) or getattr(error, "errno", 0) == errno.EADDRNOTAVAIL:
+        allowed = "localhost, 0.0.0.0 for all, or an address of an interface of this machine"
+        return InputError("address", address, allowed, f"{reason}.")
     hint = f"{reason}. Take another: -p port:=0 finds a free one."
-    return InputError(
-        "port", port, f"a free port of an interface of this machine ({address})", hint
-    )
+    return InputError("port", port, f"a free port of {address}", hint)
 
 
 # ------------------------------------------------------------------------------------------------

@@ -48,6 +48,8 @@ CASES = [
         "controller: got 'none.py', .*There is no such file",
     ),
     ("workbench", f"{GIVEN} port:=PORT", r"port: got \d+, allowed: a free .*in use.*-p port:=0"),
+    ("workbench", f"{GIVEN} address:=300.1.1.1", "address: got '300.1.1.1', allowed: localhost, "),
+    ("workbench", f"{GIVEN} address:=203.0.113.1", "address: got '203.0.113.1', .*assign"),
     ("workbench", f"{GIVEN} preset:=piza_multiple_toss", "preset: .*pizza_multiple_toss"),
     ("workbench", f"{GIVEN} bag:=none", "bag: got"),
     ("workbench", f"{GIVEN} namespace:=/second", "namespace: got '/second', allowed: none without"),
