@@ -26,7 +26,7 @@ ATTRACTORS = (BLUE, ORANGE, GREEN, PURPLE, SKY, VERMILION, YELLOW)
 """The period-1 orbit, mostly the first of these, is dark on light as in the paper."""
 
 
-def attractor_colors(names: Sequence[str]) -> list[str]:
+def attractor_colours(names: Sequence[str]) -> list[str]:
     """One colour for each attractor: light for rest and chattering, strong for the others."""
     strong = iter(ATTRACTORS * (1 + len(names) // len(ATTRACTORS)))
     plain = {"rest": REST_AREA, "chattering": CONTACT_AREA}

@@ -28,7 +28,7 @@ SECONDS, FRAMES_A_SECOND = 6.5, 10.0
 """Of simulated time: the animation runs in real time."""
 SLOWER = 0.1
 """The run is slower while it is recorded: a picture takes some tenths of a second."""
-COLORS = 128
+COLOURS = 128
 _START = """
 from bouncing_disk_ros.workbench import run_pane
 run_pane.PATH_SECONDS, run_pane.SPEED_SECONDS = 40.0, 300.0  # as long as in real time
@@ -92,7 +92,7 @@ def picture(browser: Any) -> Image.Image:
 
 def write(pictures: list[Image.Image], file: Path) -> None:
     """Write the pictures with one palette, so that what stands still costs nothing."""
-    palette = pictures[-1].quantize(COLORS, dither=Image.Dither.NONE)
+    palette = pictures[-1].quantize(COLOURS, dither=Image.Dither.NONE)
     frames = [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in pictures]
     frames[0].save(
         file, save_all=True, append_images=frames[1:], duration=round(1e3 / FRAMES_A_SECOND),

@@ -24,7 +24,7 @@ from bouncing_disk_ros.matplotlib_figures import (
 )
 from bouncing_disk_ros.study.computation import Study
 
-COLORS = {-1: UNRESOLVED_AREA, 0: REST_AREA, 1: REST_AREA, 2: VERMILION}
+COLOURS = {-1: UNRESOLVED_AREA, 0: REST_AREA, 1: REST_AREA, 2: VERMILION}
 """Verdict -> colour: not computed, never, captured (drawn over by its time), lost."""
 WORDS = {0: "never captured", 2: "captured, then lost"}
 SOONEST, LATEST = 1.0, 50.0
@@ -58,7 +58,7 @@ def capture_maps(result: xr.Dataset) -> Figure:
     bar.set_ticks([1, 2, 5, 10, 20, 50], labels=["1", "2", "5", "10", "20", "50"])
     bar.minorticks_off()
     handles = [
-        Patch(facecolor=COLORS[flag], edgecolor=BLACK, linewidth=0.5, label=text)
+        Patch(facecolor=COLOURS[flag], edgecolor=BLACK, linewidth=0.5, label=text)
         for flag, text in WORDS.items()
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False, fontsize=9)
@@ -72,7 +72,7 @@ def _draw(axes: Any, case: xr.Dataset, strategy: str, condition: str) -> Any:
     verdict = downsample(case["verdict"], MOST_PIXELS)
     axes.imshow(
         verdict,
-        cmap=ListedColormap(list(COLORS.values())),
+        cmap=ListedColormap(list(COLOURS.values())),
         norm=BoundaryNorm(np.arange(-1.5, 3.5), 4),
         **frame,
     )

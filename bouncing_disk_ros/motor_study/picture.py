@@ -44,11 +44,11 @@ from bouncing_disk_ros.motor_study.compute import Motor
 from bouncing_disk_ros.parameters import TABLE
 from bouncing_disk_ros.units import with_prefix
 
-KIND_COLORS: Mapping[int, str] = {
+KIND_COLOURS: Mapping[int, str] = {
     -1: UNRESOLVED_AREA, 0: BLUE, 1: ORANGE, 2: "#d9d9d9", 3: BLACK, 4: VERMILION, 5: SKY,
 }  # fmt: skip
 """Numbers of the study's field `kind` -> colour."""
-_IN_ORDER = sorted(KIND_COLORS)
+_IN_ORDER = sorted(KIND_COLOURS)
 
 
 def motor_map_picture(result: xr.Dataset) -> Figure:
@@ -87,13 +87,13 @@ def _draw(
 def _draw_kinds(axes: Any, result: xr.Dataset) -> None:
     found = downsample(result["kind"], MOST_PIXELS)
     edges = [number - 0.5 for number in _IN_ORDER] + [_IN_ORDER[-1] + 0.5]
-    colors = ListedColormap([KIND_COLORS[number] for number in _IN_ORDER])
+    colors = ListedColormap([KIND_COLOURS[number] for number in _IN_ORDER])
     axes.imshow(
         found, cmap=colors, norm=BoundaryNorm(edges, len(_IN_ORDER)), **map_frame(result["kind"])
     )
     names = kinds_of(result)
     handles = [
-        Patch(facecolor=KIND_COLORS[number], edgecolor=BLACK, linewidth=0.5, label=names[number])
+        Patch(facecolor=KIND_COLOURS[number], edgecolor=BLACK, linewidth=0.5, label=names[number])
         for number in sorted({int(number) for number in np.unique(found)})
     ]
     axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=3,
@@ -261,7 +261,7 @@ def stall_picture(result: xr.Dataset) -> Figure:
         for number, name in names.items():
             mine = (kind == number) & np.isfinite(values)
             if mine.any():
-                axes.plot(places[mine], values[mine], ".", color=KIND_COLORS[number], label=name)
+                axes.plot(places[mine], values[mine], ".", color=KIND_COLOURS[number], label=name)
         axes.axhline(0.0, color=GREY, linewidth=0.8)
         if not np.isfinite(values).any():
             say_instead(axes, f"no {result[field].attrs['long_name']} anywhere")

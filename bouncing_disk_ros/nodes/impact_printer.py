@@ -80,7 +80,7 @@ class ImpactPrinter(Node):
         try:
             self._print(_cloud(data))
         except InputError as error:  # a cloud that is none of a simulator: the next one may be
-            self._refusals.refuse(error)
+            self._refusals.note_refusal(error)
         except OSError as error:  # raised where the node's work ends in order
             self._error = error
 

@@ -92,7 +92,7 @@ def _run_node(
         with warnings.catch_warnings():  # of what rclpy cannot undo where it could make no node
             warnings.filterwarnings("ignore", "Failed to fini", RuntimeWarning)
             node = _made(make, start.ros)
-        guard_services(node, ThrottledLog(node.get_logger().warning).refuse)
+        guard_services(node, ThrottledLog(node.get_logger().warning).note_refusal)
         start.stop.answer = Answer.NOTE
         try:
             return work(node, start.stop)

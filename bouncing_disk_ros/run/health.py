@@ -92,7 +92,7 @@ class Health:
         self._last_refusal: InputError | None = None
         self._last: Reading | None = None
 
-    def refuse(self, error: InputError) -> None:
+    def count_refusal(self, error: InputError) -> None:
         """Count a refused input and remember why."""
         self.refused += 1
         self._last_refusal = error

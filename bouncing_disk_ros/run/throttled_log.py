@@ -52,7 +52,7 @@ class ThrottledLog:
         else:
             self._log_reason(found, now)
 
-    def refuse(self, error: InputError) -> None:
+    def note_refusal(self, error: InputError) -> None:
         """Log a refusal, or count it. Its reason is the field at fault, whatever its index."""
         self.note(_without_index(error.field), lambda: f"refused: {error.line}")
 

@@ -18,7 +18,7 @@ _WHOLE = {"clip_on": False, "in_layout": False}
 """Dots at the ends of an axis are drawn whole; they move no panel."""
 
 
-def line_colors(result: xr.Dataset) -> list[str]:
+def line_colours(result: xr.Dataset) -> list[str]:
     """One colour for each line: black with contact, strong for the largest others, else grey."""
     names = [str(name) for name in result["line_name"].values]
     largest = np.nanmax(result["line_share"].values, axis=1) if names else np.empty(0)

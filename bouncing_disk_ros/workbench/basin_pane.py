@@ -30,7 +30,7 @@ from bouncing_disk_ros.colours import (
     UNRESOLVED_AREA,
     VERMILION,
     YELLOW,
-    attractor_colors,
+    attractor_colours,
 )
 from bouncing_disk_ros.errors import FailedError, InputError
 from bouncing_disk_ros.maps.absorbing_region import AbsorbingRegion, absorbing_regions
@@ -203,7 +203,7 @@ class MapFigure:
         """Draw the labels of a window and the attractors in it."""
         window = view.window
         self._mapper.update(
-            palette=[UNRESOLVED_AREA, *attractor_colors(view.names)], low=-0.5,
+            palette=[UNRESOLVED_AREA, *attractor_colours(view.names)], low=-0.5,
             high=len(view.names) + 0.5,
         )  # fmt: skip
         self._labels.data = {
@@ -318,7 +318,7 @@ def into(phases: np.ndarray, window: Window) -> np.ndarray:
 def legend(view: View) -> str:
     """The colours with what they stand for and their share of the window, as HTML."""
     names = [*map(described, view.attractors, view.names), "unresolved"]
-    colors = [*attractor_colors(view.names), UNRESOLVED_AREA]
+    colors = [*attractor_colours(view.names), UNRESOLVED_AREA]
     rows = []
     for name, color, share in zip(names, colors, view.shares, strict=True):
         if name == "unresolved" and share == 0.0:

@@ -197,7 +197,7 @@ class Recorder(Node):
     def _refuse(self, error: InputError) -> None:
         """Count a request that cannot be satisfied, and log why."""
         self._status.refused += 1
-        self._refusals.refuse(error)
+        self._refusals.note_refusal(error)
 
     @property
     def _state(self) -> str:

@@ -29,10 +29,10 @@ class Diagnostics:
         self._publisher = DiagnosticsPublisher(node)
         self._run_state = publisher_of(node, "disk/run_state")
 
-    def refuse(self, error: InputError) -> None:
+    def note_refusal(self, error: InputError) -> None:
         """Count a refused input; log it unless its reason was on the log a moment ago."""
-        self._health.refuse(error)
-        self._refusals.refuse(error)
+        self._health.count_refusal(error)
+        self._refusals.note_refusal(error)
 
     def log_accepted(self, field: str, line: str, remark: str = "") -> None:
         """Log an accepted input unless one of its kind was on the log a moment ago."""

@@ -312,7 +312,7 @@ class SimulatorNode(LifecycleNode):
     def refuse(self, error: InputError) -> None:
         """Count and log a refused input."""
         self.last_refusal = error
-        self._diagnostics.refuse(error)
+        self._diagnostics.note_refusal(error)
 
     def log_accepted(self, field: str, line: str, remark: str = "") -> None:
         """Log an accepted input; a remark makes it a warning."""

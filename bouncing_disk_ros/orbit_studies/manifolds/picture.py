@@ -20,7 +20,7 @@ from bouncing_disk_ros.study.basins.picture import frame, label_axes, title_of
 from bouncing_disk_ros.study.computation import Study
 
 _PALE = ("#e8e8e8", "#cfe3f5", "#fbe3c0", "#cdeadb", "#f0d9e6", "#dcf0fb", "#f8d6c4", "#fbf8cf")
-_COLORS = (BLUE, VERMILION)
+_COLOURS = (BLUE, VERMILION)
 
 
 def manifolds_picture(result: xr.Dataset) -> Figure:
@@ -67,7 +67,7 @@ def _draw_pieces(axes: Any, result: xr.Dataset, stability: int, ends: Any) -> No
             np.stack((phase + 2.0 * shift, speed), axis=1) for shift in range(first, last + 1)
         ]
     width = 0.9 if stability == 0 else 0.6
-    drawn = LineCollection(lines, colors=_COLORS[stability], linewidths=width, rasterized=True)
+    drawn = LineCollection(lines, colors=_COLOURS[stability], linewidths=width, rasterized=True)
     axes.add_collection(drawn, autolim=False)
 
 
@@ -79,8 +79,8 @@ def _add_legend(axes: Any, result: xr.Dataset, names: list[str], colors: list[st
         handles.append(Line2D([], [], marker="s", ls="", ms=9, color=color, mec=BLACK, mew=0.5,
                               label=label))  # fmt: skip
     handles += [
-        Line2D([], [], color=_COLORS[0], label="stable manifold"),
-        Line2D([], [], color=_COLORS[1], label="unstable manifold"),
+        Line2D([], [], color=_COLOURS[0], label="stable manifold"),
+        Line2D([], [], color=_COLOURS[1], label="unstable manifold"),
         Line2D([], [], marker="*", ls="", ms=11, color="white", mec=BLACK, label="saddle"),
     ]
     axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=3,

@@ -23,7 +23,7 @@ from bouncing_disk_ros.matplotlib_figures import (
     say_instead,
 )
 from bouncing_disk_ros.study.computation import Study
-from bouncing_disk_ros.study.line_picture import draw_shares, few, line_colors, line_legend
+from bouncing_disk_ros.study.line_picture import draw_shares, few, line_colours, line_legend
 
 _NEVER = "#f7c6c5"
 """Areas where no impulse is fatal, and where there is no such attractor."""
@@ -37,7 +37,7 @@ def resilience_picture(result: xr.Dataset) -> Figure:
     figure = new_figure(8.5, 11.0)
     panels = figure.subplots(4, 1, sharex=True, height_ratios=[1.2, 1.2, 1.0, 1.0])
     x = result["value"].values
-    colors = line_colors(result)
+    colors = line_colours(result)
     draw_shares(panels[0], result, x, colors)
     _draw_pairs(panels[1], x, result["line_least_fatal_impulse"].values, colors)
     panels[1].set_ylabel(r"fatal impulse ($m\,\pi g/\omega$)")
@@ -113,7 +113,7 @@ def impulse_picture(result: xr.Dataset) -> Figure:
     """
     figure = new_figure(10.0, 4.6)
     panels = figure.subplots(1, 2, sharey=True)
-    colors = line_colors(result)
+    colors = line_colours(result)
     shares = np.nanmax(result["line_share_without_contact"].values, axis=1)
     own = [i for i, color in enumerate(colors) if color != BLACK] or list(range(len(colors)))
     if not own:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from bouncing_disk_ros.colours import INK
 from bouncing_disk_ros.matplotlib_figures import light_grid, name_axis, new_figure, typeset
 from bouncing_disk_ros.study.computation import Study
-from bouncing_disk_ros.study.line_picture import draw_shares, line_colors, line_legend
+from bouncing_disk_ros.study.line_picture import draw_shares, line_colours, line_legend
 
 
 def basin_shares_picture(result: xr.Dataset) -> Figure:
@@ -41,7 +41,7 @@ def basin_shares_picture(result: xr.Dataset) -> Figure:
 
 def _draw_lines(figure: Figure, axes: Any, result: xr.Dataset) -> None:
     """One line for each attractor, and one for the starts that come to contact."""
-    colors = line_colors(result)
+    colors = line_colours(result)
     draw_shares(axes, result, result["value"].values, colors)
     line_legend(figure, result, colors)
     light_grid(axes)

@@ -20,7 +20,7 @@ from bouncing_disk_ros.colours import (
     UNRESOLVED_AREA,
     VALUES_SCALE,
     VERMILION,
-    attractor_colors,
+    attractor_colours,
 )
 from bouncing_disk_ros.maps.basin_measures import downsample
 from bouncing_disk_ros.matplotlib_figures import (
@@ -63,7 +63,7 @@ def title_of(result: xr.Dataset) -> str:
 def draw_labels(axes: Any, result: xr.Dataset) -> None:
     """Labels as colours, the points of each attractor, and a legend with the shares."""
     names = [str(name) for name in result["attractor_name"].values]
-    colors = attractor_colors(names)
+    colors = attractor_colours(names)
     norm = BoundaryNorm(np.arange(-1.5, len(names) + 0.5), len(names) + 1)
     axes.imshow(
         downsample(result["label"], MOST_PIXELS),

@@ -44,7 +44,7 @@ PERIODS = {1: BLUE, 2: SKY, 4: GREEN, 8: YELLOW, 3: VERMILION, 6: ORANGE, 5: PUR
 OTHER = "#8c510a"
 _CLASSES = ["rest", "with contact", *(f"period {n}" for n in PERIODS), "other period", "chaotic",
             "unresolved"]  # fmt: skip
-_COLORS = [REST_AREA, CONTACT_AREA, *PERIODS.values(), OTHER, BLACK, UNRESOLVED_AREA]
+_COLOURS = [REST_AREA, CONTACT_AREA, *PERIODS.values(), OTHER, BLACK, UNRESOLVED_AREA]
 _QUANTILE = 0.99
 """So many of the exponents lie within the colour scale."""
 
@@ -113,10 +113,10 @@ def draw_periods(axes: Any, result: xr.Dataset) -> None:
     """Kinds and periods as colours, with a legend beneath."""
     found = classes(*(downsample(result[name], MOST_PIXELS) for name in ("kind", "period")))
     norm = BoundaryNorm(np.arange(-0.5, len(_CLASSES)), len(_CLASSES))
-    axes.imshow(found, cmap=ListedColormap(_COLORS), norm=norm, **map_frame(result["period"]))
+    axes.imshow(found, cmap=ListedColormap(_COLOURS), norm=norm, **map_frame(result["period"]))
     shown = np.unique(found)
     handles = [
-        Patch(facecolor=_COLORS[i], edgecolor=BLACK, linewidth=0.5, label=_CLASSES[i])
+        Patch(facecolor=_COLOURS[i], edgecolor=BLACK, linewidth=0.5, label=_CLASSES[i])
         for i in shown
     ]
     axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=4,

@@ -118,8 +118,8 @@ def test_what_is_pending_is_shown_and_refusals_are_counted_with_the_last_reason(
     row = report(replace(FIRST, pending=Pending(trajectories=3, next_ns=NS)))["inputs"]
     assert row[2]["pending"] == "3 offset(s), the first at 1.000000000 s"
     health = Health()
-    health.refuse(InputError("first", 1, "2"))
-    health.refuse(InputError("second", 1, "2"))
+    health.count_refusal(InputError("first", 1, "2"))
+    health.count_refusal(InputError("second", 1, "2"))
     row = report(FIRST, health)["inputs"]
     assert row[2]["refused"] == "2"
     assert row[2]["last refusal"] == "second: got 1, allowed: 2"
@@ -184,7 +184,7 @@ def made() -> tuple[ThrottledLog, list[str], Clock]:
 def test_a_flood_is_a_line_a_second_that_counts_the_rest() -> None:
     log, lines, clock = made()
     for number in range(3000):
-        log.refuse(error(given=number))
+        log.note_refusal(error(given=number))
         clock.now += 1e-3
     assert len(lines) == 3
     assert lines[0] == "refused: frequency: got 0, allowed: more"
@@ -200,15 +200,15 @@ def test_a_flood_is_a_line_a_second_that_counts_the_rest() -> None:
 def test_each_reason_has_its_own_second_and_the_index_of_a_point_is_none() -> None:
     log, lines, _ = made()
     for number in range(50):
-        log.refuse(error("amplitude"))
-        log.refuse(error(f"platform/command points[{number}] frequency (Hz)"))
+        log.note_refusal(error("amplitude"))
+        log.note_refusal(error(f"platform/command points[{number}] frequency (Hz)"))
     assert len(lines) == 2
 
 
 def test_reasons_without_end_are_counted_together() -> None:
     log, lines, clock = made()
     for number in range(10 * REASONS):
-        log.refuse(error(f"field {number}"))
+        log.note_refusal(error(f"field {number}"))
     assert len(lines) == REASONS + 1
     clock.now += 1.0
     log.flush()
@@ -224,5 +224,5 @@ def test_a_line_is_made_only_when_it_is_logged() -> None:
         return "Do this."
 
     for _ in range(100):
-        log.refuse(InputError("field", 1, "2", hint))
+        log.note_refusal(InputError("field", 1, "2", hint))
     assert len(hints) == 1

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from bokeh.events import MouseMove, Tap
 
-from bouncing_disk_ros.colours import attractor_colors
+from bouncing_disk_ros.colours import attractor_colours
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.maps.attractors import numbered
 from bouncing_disk_ros.maps.next_collision import NextCollisionMap
@@ -187,7 +187,7 @@ def test_the_whole_map_is_shown_with_its_colours_and_shares(opened: Opened) -> N
     expected = there(view(section, whole_window(), FULL))
     np.testing.assert_array_equal(opened.labels, expected.labels)
     mapper = opened.pane._map._mapper
-    assert mapper.palette[1:] == attractor_colors(["chattering (1 cycle)", "period-1"])
+    assert mapper.palette[1:] == attractor_colours(["chattering (1 cycle)", "period-1"])
     assert (mapper.low, mapper.high) == (-0.5, 2.5)  # a colour to each of −1, 0 and 1, plus 1
     assert re.search(r"period-1, multiplier 0.5: 34.\d\d % in this window", opened.texts)
     assert f"{FULL} × {FULL} starts" in opened.texts
