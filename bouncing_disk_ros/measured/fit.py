@@ -40,7 +40,7 @@ from bouncing_disk_ros.measured.predict import (
 )
 from bouncing_disk_ros.measured.profiles import LEVEL, Array, Data, Interval, Model, Profiles
 from bouncing_disk_ros.measured.reading import Recording, checked_errors, recording_of
-from bouncing_disk_ros.measured.result import REFUTED, Alternative, ImpactFit, turned
+from bouncing_disk_ros.measured.result import REFUTED, Alternative, ImpactFit, mixed, turned
 from bouncing_disk_ros.measured.sequence import Chain, Change, at_rest, chain_of
 from bouncing_disk_ros.measured.starts import first_values, other_frequency
 from bouncing_disk_ros.parameters import DEFAULTS
@@ -283,6 +283,8 @@ class _Known:
         else:
             parameters = {name: Interval(one.value, 0.0, 1.0 if name == "restitution" else math.inf)
                           for name, one in parameters.items()}  # fmt: skip
+        alternatives = self._alternatives(recording, errors, found, parameters)
+        parameters = mixed(parameters, alternatives)
         hits = slice(int(data.is_released), None)
         times, missed = profiles.best.times[hits], data.missed[hits]
         flights, speeds = flights_of(times, profiles.estimate, self.gravity)
@@ -297,7 +299,7 @@ class _Known:
             flights, -speeds[:, 1] / speeds[:, 0], -speeds[:, 0], contacts, probability,
             possible, other, value, rival,
             self._chance(found, recording),
-            self._alternatives(recording, errors, found, parameters),
+            alternatives,
             second.result(),
             _untold(parameters) if is_told else tuple(parameters), laws,
             predicted(profiles, found.many_draws) if is_told else NOTHING,
@@ -448,7 +450,7 @@ class _Known:
                     chains.append(chain)
                     alternatives.append(Alternative(
                         data.times[data.missed], np.delete(recording.times, chain.kept),
-                        fit.interval(RESTITUTION, 0.0, 1.0), odds,
+                        self._intervals(fit), odds,
                     ))  # fmt: skip
         is_open = sum(one.odds for one in alternatives) > REFUTED
         return tuple(sorted(alternatives, key=lambda one: -one.odds)) if is_open else ()
@@ -745,17 +747,22 @@ class _Known:
         draws = found.many_draws
         return self._parameters(found.profiles, draws), part_possible(found.profiles, draws)
 
-    def _parameters(self, profiles: Profiles, draws: Draws) -> dict[str, Interval]:
+    def _intervals(self, profiles: Profiles) -> dict[str, Interval]:
+        """The restitution, and the platform's motion."""
         phase = float(profiles.estimate[PHASE])
         ranges = {RESTITUTION: (0.0, 1.0), AMPLITUDE: (0.0, math.inf), FREQUENCY: (0.0, math.inf),
                   PHASE: (phase - math.pi, phase + math.pi)}  # fmt: skip
         told = profiles.intervals({index: ranges[index] for index in self.free})
         fitted = dict(zip(self.free, told, strict=True))
         found = {"restitution": fitted[RESTITUTION]}
+        if self.frequency > 0.0:
+            found |= self._platform(fitted, float(profiles.estimate[FREQUENCY]))
+        return found
+
+    def _parameters(self, profiles: Profiles, draws: Draws) -> dict[str, Interval]:
+        found = self._intervals(profiles)
         if self.frequency == 0.0:
             found |= rest_parameters(draws, self.gravity, self.height, profiles.data.is_released)
-        else:
-            found |= self._platform(fitted, float(profiles.estimate[FREQUENCY]))
         if not profiles.data.is_absolute:
             nominal = float(np.median(profiles.data.errors[~profiles.data.missed]))
             found["time_error"] = interval_of(nominal * draws.scale)

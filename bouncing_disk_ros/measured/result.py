@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from bouncing_disk_ros.distributions import normal, normal_quantile
 from bouncing_disk_ros.errors import InputError, one_line
 from bouncing_disk_ros.measured.bootstrap import bootstrapped
 from bouncing_disk_ros.measured.goodness import FEWEST
@@ -23,6 +25,7 @@ from bouncing_disk_ros.parameters import Value
 from bouncing_disk_ros.regular_file import replaced
 from bouncing_disk_ros.report.report_files import PRESET_MARK
 from bouncing_disk_ros.run.presets import PRESET_KEY
+from bouncing_disk_ros.scalar_search import halved
 
 if TYPE_CHECKING:
     from bouncing_disk_ros.measured.sound import ImpactSound
@@ -40,14 +43,19 @@ _NAMES = {RESTITUTION: "restitution", AMPLITUDE: "axial_amplitude", PHASE: "forc
 class Alternative:
     """Other impacts that explain the hits: times of missed ones and of rejected hits, s.
 
-    `odds`: of these impacts against the impacts of the fit. Their parameters are outside the
-    intervals of the fit.
+    `odds`: of these impacts against the impacts of the fit. `parameters`: restitution and platform,
+    as those of the fit.
     """
 
     missed: Array
     rejected: Array
-    restitution: Interval
+    parameters: dict[str, Interval]
     odds: float
+
+    @property
+    def restitution(self) -> Interval:
+        """That of these impacts."""
+        return self.parameters["restitution"]
 
     @property
     def text(self) -> str:
@@ -79,7 +87,8 @@ class ImpactFit:
     that they fit better, or None. `rival`: a multiple of the frequency that these data do not
     exclude, Hz, 0 for a platform at rest, or nan. `chance`: estimate of the probability that hits
     of no law have flights as likely as these; nan with too few impacts. `alternatives`: other
-    impacts, with other parameters, that these hits do not exclude at a level of 1 %. `second`: the
+    impacts, with other parameters, that these hits do not exclude at a level of 1 %: the intervals
+    of restitution and platform hold them by their odds. `second`: the
     fit of rejected hits, where they are flights of a second disk.
     `untold`: parameters that these data do not tell. `laws`: at rest, laws of the restitution with
     their evidence, the constant one first. `prediction`: impacts to come, with a constant one.
@@ -253,6 +262,53 @@ class ImpactFit:
         doubt = f"\n# {self.doubt}" if self.doubt else ""
         text = f"{PRESET_MARK}{one_line(self.name)}{doubt}\n{content}"
         replaced(Path(file), lambda path: path.write_text(text, "utf-8"))
+
+
+def mixed(own: Mapping[str, Interval], others: Sequence[Alternative]) -> dict[str, Interval]:
+    """Intervals of parameters that are those of a fit, or of other impacts by their odds.
+
+    Beyond either end is 2.5 % of the probability, but each interval holds that of the fit. On each
+    side of a value the probability is half of a normal one.
+    """
+    found = dict(own)
+    for name in own if others else ():
+        one, intervals = own[name], [own[name]]
+        for other in others:
+            given = other.parameters.get(name, one)
+            turns = round((one.value - given.value) / math.tau) if name == "forcing_phase" else 0
+            intervals.append(_moved(given, turns * math.tau, 1.0))
+        odds = [1.0, *(other.odds for other in others)]
+        low = _lower_end(intervals, odds)
+        high = -_lower_end([_moved(each, 0.0, -1.0) for each in intervals], odds)
+        found[name] = replace(one, low=low, high=high)
+    return found
+
+
+def _moved(given: Interval, by: float, sign: float) -> Interval:
+    """An interval elsewhere; `sign` -1: of the opposite of the value."""
+    ends = sorted((sign * given.low, sign * given.high))
+    return Interval(sign * given.value + by, ends[0] + by, ends[1] + by)
+
+
+def _lower_end(intervals: Sequence[Interval], odds: Sequence[float]) -> float:
+    """Where 2.5 % of the probability are below, at most the end of the first interval."""
+    shares, first = np.array(odds) / sum(odds), intervals[0].low
+    least = min(one.low for one in intervals)
+
+    def is_beyond(x: float) -> bool:
+        return float(shares @ [_below(one, x) for one in intervals]) <= 0.5 * (1.0 - LEVEL)
+
+    if is_beyond(first):
+        return first
+    return least if math.isinf(least) else halved(is_beyond, least, first)[0]
+
+
+def _below(one: Interval, x: float) -> float:
+    """Probability that a value with this interval is below x."""
+    half = one.value - one.low if x < one.value else one.high - one.value
+    if not half > 0.0:
+        return float(x >= one.value)
+    return normal(normal_quantile(0.5 * (1.0 + LEVEL)) * (x - one.value) / half)
 
 
 def turned(phase: Interval) -> Interval:

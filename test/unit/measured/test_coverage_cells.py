@@ -100,6 +100,12 @@ def test_few_hits_are_also_tried_in_parts_of_six(cell: int, place: int) -> None:
     assert held_with_odd_hits(ODD_HITS[cell], place) == (True, True, True)
 
 
+@pytest.mark.parametrize("place", [140, 372, 934])
+def test_intervals_hold_other_impacts_by_their_odds(place: int) -> None:
+    """The likeliest impacts were not the true ones, and the intervals held these alone."""
+    assert held_with_odd_hits(ODD_HITS[1], place) == (True, True, True)
+
+
 @pytest.mark.soak
 @pytest.mark.timeout(3600)
 @pytest.mark.parametrize("cell", ODD_HITS, ids=str)

@@ -26,6 +26,7 @@ from bouncing_disk_ros.measured.goodness import evidence_of, probability_of
 from bouncing_disk_ros.measured.picture import panels_of, tables_of
 from bouncing_disk_ros.measured.profiles import Data, Interval, Model, Profiles, interval_text
 from bouncing_disk_ros.measured.reading import recording_of
+from bouncing_disk_ros.measured.result import Alternative, mixed
 from bouncing_disk_ros.measured.sequence import Chain, chain_of
 from bouncing_disk_ros.measured.settled_flights import periods_of, told_by
 from bouncing_disk_ros.measured.starts import first_values
@@ -662,6 +663,24 @@ def test_hits_after_flights_that_tell_little_are_kept() -> None:
         found = chain_of(seen, own, GRAVITY)
         assert len(found.kept) == 118
         assert not len(found.contacts)
+
+
+def test_an_interval_of_two_chains_holds_what_both_leave_beyond_its_ends() -> None:
+    """Half of the probability is around 0, half around 10 (mean) or around 0.5 rad + 2π."""
+    spread, none = 1.959963984540054, np.empty(0)
+    own = {"restitution": Interval(0.0, -spread, spread), "forcing_phase": Interval(0.5, 0.4, 0.6)}
+    other = {"restitution": Interval(10.0, 10.0 - spread, 10.0 + spread),
+             "forcing_phase": Interval(0.5 + math.tau, 0.4 + math.tau, 0.6 + math.tau)}  # fmt: skip
+    assert mixed(own, []) == own
+    found = mixed(own, [Alternative(none, none, other, 1.0)])
+    assert found["restitution"].value == 0.0
+    assert found["restitution"].low == -spread  # 5 % of the first one would be -1.64
+    assert found["restitution"].high == pytest.approx(10.0 + 1.6448536269514722, abs=1e-9)
+    assert found["forcing_phase"].high == pytest.approx(0.6, abs=1e-12)
+    never = mixed(own, [Alternative(none, none, other, 1e-9)])["restitution"]
+    assert never.high == pytest.approx(spread, abs=1e-7)
+    open_end = {"restitution": replace(other["restitution"], high=math.inf)}
+    assert mixed(own, [Alternative(none, none, open_end, 1.0)])["restitution"].high == math.inf
 
 
 def test_no_chain_is_returned_that_has_less_than_the_least_evidence() -> None:
