@@ -35,13 +35,14 @@ from bouncing_disk_ros.core.roots import ROUNDING
 def instant_rounding(state: Record, motion: Record, d: float) -> float:
     """How well an instant d seconds after the state is known, s: two within it are the same.
 
-    In a cross-fade that is on the scale of the period there, not of the period before it, which may
-    be ten million times as long.
+    The state's own instant is a whole nanosecond and a part of one, however long a cross-fade has
+    lasted; what is rounded is d, and the forcing phase: on the scale of the period then, not of the
+    period before the cross-fade, which may be ten million times as long.
     """
-    then = elapsed(motion, state.ns, state.sub) + d
     if motion.kind == STEADY:
-        return 8.0 * ROUNDING * (then + 1.0 / motion.f)
-    return 8.0 * ROUNDING * (then + min(motion.duration, 1.0 / frequency_at(motion, then)))
+        return 8.0 * ROUNDING * (d + 1.0 / motion.f)
+    period = 1.0 / frequency_at(motion, elapsed(motion, state.ns, state.sub) + d)
+    return 8.0 * ROUNDING * (d + min(motion.duration, period))
 
 
 @kernel

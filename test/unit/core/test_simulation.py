@@ -323,6 +323,22 @@ def test_a_fade_from_a_slow_motion_is_sampled_right_after_an_impact_too() -> Non
     assert impacts > 3
 
 
+def test_a_fade_of_days_is_sampled_right_after_an_impact_too() -> None:
+    """The rounding of an instant does not grow with the time since the fade began: to 1 ns here.
+
+    A period then is 100 ns. The platform never throws the disk, so the fade has no other events.
+    """
+    day, begin = Motion(1e-15, 0.0, 1e-6, 0.0), 900_000 * SECOND
+    sim = Simulation(day, DISK._replace(restitution=1.0), InitialState())
+    sim.command([(1_000_000 * SECOND, day._replace(frequency=1e7))], 1_000_000 * SECOND)
+    sim.apply_impulse(begin, -1e-7 * DISK.mass, 0.0)
+    impacts = 0
+    for at in range(begin, begin + 300):
+        impacts += len(sim.advance(at)[0])
+        assert sim.energy().relative_residual < 1e-12
+    assert impacts > 5
+
+
 def test_rows_of_a_long_call_are_those_of_short_ones_and_stay() -> None:
     whole, cut = run(), run()
     end, step = 2_000_000_000_000, 100_000_000_000
