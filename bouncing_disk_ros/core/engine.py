@@ -242,11 +242,12 @@ class Engine:
     def _check_that_time_goes_on(self, events: int) -> None:
         """Raise SimulationError for events without end within the rounding of one instant.
 
-        Finitely many are due at an instant: a chatter has some hundred bounces that short.
+        Finitely many are due at an instant: a chatter has some hundred bounces that short. In a
+        cross-fade they are as short as a chatter takes them: by the shortest period.
         """
         ns, sub = int(self.state["ns"][0]), float(self.state["sub"][0])
         passed = (ns - self._stands_at[0]) + (sub - self._stands_at[1])
-        if passed * 1e-9 * float(self.motion["f"][0]) > INSTANT:
+        if passed * 1e-9 * float(self.motion["omega_max"][0]) > INSTANT * TWO_PI:
             self._begin_instant()
             return
         self._events_here += events

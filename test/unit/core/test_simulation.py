@@ -339,6 +339,17 @@ def test_a_fade_of_days_is_sampled_right_after_an_impact_too() -> None:
     assert impacts > 5
 
 
+def test_a_chatter_with_next_to_no_loss_ends_in_a_fade_from_a_slow_motion() -> None:
+    """Bounces of 1e-13 s, a hundred thousand of them, are no rounding of 12 days a period."""
+    slow, tough = Motion(1e-9, 0.0, 1e-6, 0.0), DISK._replace(restitution=0.9999)
+    sim = Simulation(slow, tough, InitialState(height=1e-6))
+    sim.command([(1000 * SECOND, slow._replace(frequency=1e7))], 1000 * SECOND)
+    rows, behind = sim.advance(10 * SECOND)
+    assert not behind
+    assert rows["count"].sum() > 100_000
+    assert sim.sample().phase is Phase.STICKING
+
+
 def test_rows_of_a_long_call_are_those_of_short_ones_and_stay() -> None:
     whole, cut = run(), run()
     end, step = 2_000_000_000_000, 100_000_000_000
