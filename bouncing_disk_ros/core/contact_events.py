@@ -23,14 +23,16 @@ from bouncing_disk_ros.core.flight import (
     never_leaves,
     separation_phase,
 )
-from bouncing_disk_ros.core.layout import NOTHING, STEADY, WAYPOINT, NextEvent, Slide
+from bouncing_disk_ros.core.layout import FADE, NOTHING, STEADY, WAYPOINT, NextEvent, Slide
 from bouncing_disk_ros.core.platform import (
     Bounds,
     Jet,
     Record,
     angular_jet,
     axial_jet,
+    blend_jet,
     bounds_from,
+    frequency_at,
     phase_advance,
 )
 from bouncing_disk_ros.core.roots import ROUNDING, parabola_root
@@ -120,16 +122,54 @@ def _curvature(which: int, over: Bounds, disk: Record) -> float:
 
 
 @kernel
-def _rounding(which: int, motion: Record, disk: Record, drag: float, elapsed: float) -> float:
+def _since_event(motion: Record, elapsed: float) -> float:
+    """A bound of the time from which the event at `elapsed` was found: 4096 steps before it, s.
+
+    A step in a cross-fade is at most a period of the moment.
+    """
+    if motion.kind == STEADY:
+        return 0.0
+    return min(elapsed, SEARCH_STEPS / frequency_at(motion, elapsed))
+
+
+@kernel
+def _rounding(
+    which: int, over: Bounds, motion: Record, disk: Record, drag: float, elapsed: float
+) -> float:
     """Below minus this a drive pushes against the sign at which its search begins.
 
-    Up to this it may be off by its own rounding and by that of the instant.
+    Up to this it may be off by its own rounding, by that of the phase and by that of the instant.
+    `over`: the bounds there, not those of a whole cross-fade.
     """
     if which not in (DRIVE, SPIN_DRIVE):
         return math.inf
-    value = disk.grip * (disk.g + motion.s2) + motion.b2 + abs(drag)
-    change = disk.grip * motion.s3 + motion.b3
-    return 64.0 * ROUNDING * (value + change * (elapsed + TWO_PI / motion.omega_max))
+    value = disk.grip * (disk.g + over.s2) + over.b2 + abs(drag)
+    change = disk.grip * over.s3 + over.b3
+    return 64.0 * ROUNDING * (8.0 * value + change * _since_event(motion, elapsed))
+
+
+@rare_kernel
+def turning_rounding(motion: Record, over: Bounds, elapsed: float) -> float:
+    """What β̇ may be off by where it is 0: its own rounding, that of the phase and of the instant.
+
+    Where an offset turns the platform too, it is as fast there as the sinusoid. An amplitude that
+    fades is rounded on the scale of the larger one, as its bounds are.
+    """
+    blend, rate = 0.0, 0.0
+    if motion.kind == FADE:
+        x = (elapsed + motion.fade_lead) / motion.duration
+        blend, rate, _, _, _ = blend_jet(x, motion.duration)
+    spin = TWO_PI * (motion.f + motion.df * blend) + abs(motion.dlag) * rate
+    speed = max(motion.p, motion.p + motion.dp) * spin + abs(motion.dp) * rate
+    return 16.0 * ROUNDING * (speed + over.b2 * _since_event(motion, elapsed))
+
+
+@kernel
+def _raised(which: int, slip: Slip, motion: Record, over: Bounds, elapsed: float) -> Slip:
+    """`slip` of `watched`; of TURNING, by which it is raised where these bounds hold."""
+    if which != TURNING:
+        return slip
+    return turning_rounding(motion, over, elapsed), 0.0, 0.0, 0.0
 
 
 class Search(NamedTuple):
@@ -161,6 +201,7 @@ def first_zero(
     d = begin
     over = bounds_from(motion, elapsed, d)
     curvature = _curvature(which, over, disk)
+    slip = _raised(which, slip, motion, over, elapsed + d)
     touching = 1e-9  # rad
     for i in range(SEARCH_STEPS):
         if d > horizon:
@@ -168,9 +209,10 @@ def first_zero(
         if d >= over.until:
             over = bounds_from(motion, elapsed, d)
             curvature = _curvature(which, over, disk)
+            slip = _raised(which, slip, motion, over, elapsed + d)
         f, f1 = watched(which, sign, motion, disk, drag, elapsed, tau, slip, d)
         if f <= 0.0:
-            if f1 < 0.0 or f < -_rounding(which, motion, disk, drag, elapsed):
+            if f1 < 0.0 or f < -_rounding(which, over, motion, disk, drag, elapsed + d):
                 return Search(d, d, i)
             f = 0.0
         if curvature == 0.0 and f1 >= 0.0:

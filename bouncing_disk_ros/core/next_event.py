@@ -11,6 +11,7 @@ from bouncing_disk_ros.core.chatter import BOUNCES, STILL, braked_chatter, chatt
 from bouncing_disk_ros.core.compilation import Kernel, kernel, rare_kernel
 from bouncing_disk_ros.core.contact_events import (
     HOLD,
+    NO_SLIP,
     ONE_PERIOD,
     SPIN_DRIVE,
     SPINNING,
@@ -25,6 +26,7 @@ from bouncing_disk_ros.core.contact_events import (
     slip_ends,
     stick_fails,
     stopped,
+    turning_rounding,
 )
 from bouncing_disk_ros.core.contact_table import what_holds
 from bouncing_disk_ros.core.event_instant import store_event
@@ -59,6 +61,7 @@ from bouncing_disk_ros.core.platform import (
     Record,
     angular_jet,
     axial_jet,
+    bounds_from,
     span_from,
     turns_next,
     turns_not,
@@ -226,11 +229,9 @@ def _platform_turns(
     ahead = turns_next(motion, b)
     if b[1] == 0.0 and sign * ahead <= 0.0:
         return Search(0.0, 0.0, 0), float(ahead)
-    rounding = 16.0 * ROUNDING * motion.b2 * (elapsed + 1.0 / motion.omega_max)
-    if sign * b[1] < -rounding:
+    if sign * b[1] < -turning_rounding(motion, bounds_from(motion, elapsed, 0.0), elapsed):
         return Search(0.0, 0.0, 0), -sign
-    about = (rounding, 0.0, 0.0, 0.0)
-    return first_zero(TURNING, sign, motion, disk, 0.0, elapsed, tau, about, 0.0, horizon), -sign
+    return first_zero(TURNING, sign, motion, disk, 0.0, elapsed, tau, NO_SLIP, 0.0, horizon), -sign
 
 
 @rare_kernel

@@ -119,3 +119,19 @@ def test_a_changed_inertia_keeps_the_speed() -> None:
     assert (after.angular_velocity, after.unwrapped_angle) == (3.0, before.unwrapped_angle)
     step = run.energy().work_parameters - energy.work_parameters
     assert step == pytest.approx(0.5 * BODY.inertia * 3.0**2, rel=1e-12)
+
+
+@pytest.mark.parametrize("frequency", [0.2, 1e3, 1e7])
+def test_a_brake_takes_energy_whichever_way_a_fade_turns_the_platform(frequency: float) -> None:
+    """To 1e7 Hz in 1000 s: β̇ up to 2 rad/s was rounding, and the brake drove the disk."""
+    slow = Motion(0.0, 0.5, 0.1, 0.0)
+    sim = Simulation(slow, BODY._replace(brake_torque=1e-3), InitialState())
+    sim.command([(1000 * NS, slow._replace(frequency=frequency))], 1000 * NS)
+    angle = turned = 0.0
+    for at in range(0, 26 * NS // 10, NS // 500):
+        sim.advance(at)
+        sample = sim.sample()
+        assert sample.phase is Phase.STICKING
+        angle, before = sample.unwrapped_angle, angle
+        turned += abs(angle - before)
+        assert sim.energy().loss_brake == pytest.approx(1e-3 * turned, rel=1e-3)

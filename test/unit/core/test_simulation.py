@@ -350,6 +350,20 @@ def test_a_chatter_with_next_to_no_loss_ends_in_a_fade_from_a_slow_motion() -> N
     assert sim.sample().phase is Phase.STICKING
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_disk_sticks_on_after_an_impulse_that_changes_no_speed(sign: float) -> None:
+    """Friction was taken for rounding on the scale of the end of the fade: it drove the disk."""
+    slow = Motion(0.0, 0.5, 1e-6, 0.0)
+    sim = Simulation(slow, DISK, InitialState())
+    sim.command([(1000 * SECOND, slow._replace(frequency=1e7))], 1000 * SECOND)
+    sim.apply_impulse(SECOND, 0.0, sign * 1e-30)
+    for at in (SECOND, 12 * SECOND // 10, 2 * SECOND):
+        sim.advance(at)
+        sample = sim.sample()
+        assert sample.phase is Phase.STICKING
+        assert sample.angular_velocity == sample.platform_angular_velocity
+
+
 def test_rows_of_a_long_call_are_those_of_short_ones_and_stay() -> None:
     whole, cut = run(), run()
     end, step = 2_000_000_000_000, 100_000_000_000
