@@ -216,9 +216,9 @@ def add_held_work(
 
 @kernel
 def add_brake_loss(ledger: Ledger, disk: Record, way: float) -> None:
-    """What the brake takes while the disk turns by `way` rad, without its sign."""
+    """What the brake takes while the disk turns by `way` rad, against which the brake acts."""
     if disk.brake > 0.0:
-        add_entry(ledger, L_BRAKE, disk.brake_torque * abs(way))
+        add_entry(ledger, L_BRAKE, disk.brake_torque * way)
 
 
 @kernel

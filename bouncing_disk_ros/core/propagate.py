@@ -116,7 +116,7 @@ def propagate(
         if state.phase == STICKING:
             add_axial_work(ledger, disk, s0, s1)
             add_sticking_work(ledger, disk, state.spin_sign, b0, b1)
-            add_brake_loss(ledger, disk, b1[0] - b0[0])
+            add_brake_loss(ledger, disk, state.spin_sign * (b1[0] - b0[0]))
             turn(state, b1[0] - b0[0])
             state.omega = b1[1]
         elif state.phase == HELD:
@@ -129,7 +129,7 @@ def propagate(
             slip = state.omega - b0[1]
             add_axial_work(ledger, disk, s0, s1)
             add_sliding_work(ledger, motion, disk, begin, slip, d, q, pushed, b0, b1)
-            add_brake_loss(ledger, disk, turned)
+            add_brake_loss(ledger, disk, state.spin_sign * turned)
             turn(state, turned)
             state.omega = omega
         state.gap = 0.0

@@ -130,7 +130,7 @@ def _end_chatter_rotation(
     rho, slip = b[2] + drag, before - b[1]
     turned, state.omega = chatter_rotation(disk, drag, sign, before, b, b_end, push, sums, t)
     turn(state, turned)
-    add_brake_loss(ledger, disk, turned)
+    add_brake_loss(ledger, disk, abs(turned))
     if sign == 0.0:
         twist = b_end[1] - before + drag * t
         late = squares / (1.0 - disk.restitution)

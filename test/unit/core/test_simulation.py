@@ -364,6 +364,20 @@ def test_a_disk_sticks_on_after_an_impulse_that_changes_no_speed(sign: float) ->
         assert sample.angular_velocity == sample.platform_angular_velocity
 
 
+def test_a_brake_in_a_fade_from_rest_keeps_the_ledger() -> None:
+    """Its first turns are below the rounding of the amplitude to come: the brake lags behind.
+
+    Then the brake's loss and the platform's work against it were entered with different signs.
+    """
+    rest = Motion(1e-17, 0.0, 1e4, 0.0)
+    sim = Simulation(rest, DISK._replace(brake_torque=0.03, load_torque=0.01), InitialState())
+    sim.command([(1000 * SECOND, Motion(1e-17, 0.5, 2e4, 0.0))], 1000 * SECOND)
+    _, behind = sim.advance(SECOND // 50)
+    assert not behind
+    assert sim.sample().phase is Phase.STICKING
+    assert sim.energy().relative_residual < 1e-12
+
+
 def test_rows_of_a_long_call_are_those_of_short_ones_and_stay() -> None:
     whole, cut = run(), run()
     end, step = 2_000_000_000_000, 100_000_000_000
