@@ -35,6 +35,9 @@ _TAYLOR = 1e-3
 # Over a completion a and ρ vary by less than this part: the friction case is decided outside it.
 _MARGIN = 1e-3
 _DECIDED = 1.0 + _MARGIN
+SHOWN_BOUNCES = 10_000
+"""Of a chatter in closed form, that one sample resolves."""
+_ALL_BOUNCES = 29.0  # over 1 − ε: so many take u from SLOW·a/ω to where a bounce is STILL
 
 
 @kernel
@@ -72,6 +75,16 @@ def chatter_end(motion: Record, disk: Record, s: Jet, u: float) -> tuple[int, fl
         return STILL, 0.0
     t, exact = chatter_duration(motion, disk, s, u)
     return (COMPLETES if exact else BOUNCES), t
+
+
+@kernel
+def shows_all(disk: Record) -> bool:
+    """Whether a sample within a chatter in closed form can resolve the bounces up to its instant.
+
+    Else it would show contact where a disk with ε next to 1 still bounces.
+    """
+    shown: bool = (1.0 - disk.restitution) * SHOWN_BOUNCES >= _ALL_BOUNCES
+    return shown
 
 
 @kernel

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from bouncing_disk_ros.core import checkpoint, input_kernels, platform
 from bouncing_disk_ros.core.arithmetic import TWO_PI, sine_and_cosine
+from bouncing_disk_ros.core.chatter import SHOWN_BOUNCES
 from bouncing_disk_ros.core.compilation import entry, rare_kernel
 from bouncing_disk_ros.core.energy_ledger import Ledger
 from bouncing_disk_ros.core.flight import separation_phase
@@ -54,7 +55,6 @@ from bouncing_disk_ros.field_checks import with_names
 
 _ROOM, _MOST_ROOM = 4096, 65536  # rows of one call of the stepper, at first and at most
 _MOST_AT_AN_INSTANT = 100_000  # events, in units of work
-_BOUNCES_SHOWN = 10_000  # of a chatter in closed form, for one sample
 Blocks = list[NDArray[np.void]]
 """Rows of the impact log, in the order in which they were written."""
 Segments = tuple[Segment, Segment]  # axial, angular
@@ -409,7 +409,7 @@ class Engine:
         status = DONE
         if self.in_chatter:  # bounce by bounce, as far as the work may go
             state["event"] = UNKNOWN
-            left = _BOUNCES_SHOWN
+            left = SHOWN_BOUNCES
             status = FULL
             while status == FULL:
                 _, used, status = act(ADVANCE, *records, time_ns, time_ns, left)

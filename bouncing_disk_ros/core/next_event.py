@@ -7,7 +7,13 @@ from typing import Any, NamedTuple
 
 from bouncing_disk_ros.core.arithmetic import sincos
 from bouncing_disk_ros.core.brake import sign_of, tie
-from bouncing_disk_ros.core.chatter import BOUNCES, STILL, braked_chatter, chatter_verdict
+from bouncing_disk_ros.core.chatter import (
+    BOUNCES,
+    STILL,
+    braked_chatter,
+    chatter_verdict,
+    shows_all,
+)
 from bouncing_disk_ros.core.compilation import Kernel, kernel, rare_kernel
 from bouncing_disk_ros.core.contact_events import (
     HOLD,
@@ -85,7 +91,7 @@ def _chatter(
         )
     if end == STILL:
         return NextEvent(CHATTER_ENDS, 0.0, STILLED, 0)
-    if end == BOUNCES or t + PAST_BOUNDARY > horizon:
+    if end == BOUNCES or t + PAST_BOUNDARY > horizon or not shows_all(disk):
         return NextEvent(NOTHING, 0.0, 0.0, 0)
     return NextEvent(CHATTER_ENDS, t, sign, 0)
 

@@ -96,6 +96,25 @@ def test_a_bounce_too_short_to_have_a_duration_keeps_the_energy_ledger() -> None
     assert abs(energy.residual) < 1e-14 * energy.kinetic
 
 
+@pytest.mark.parametrize("restitution", [0.9, 0.997, 0.998, 0.9999])
+def test_samples_within_a_chatter_show_its_bounces(restitution: float) -> None:
+    """On a platform at rest: with ε = 0.9999 samples showed contact, and the ledger did not close.
+
+    Its bounces of 2uεⁿ/g end after 2u/(g(1 − ε)); after a part x of that, where one begins,
+    uεⁿ = u(1 − x). Instants are whole nanoseconds, of 4 µs at least.
+    """
+    speed, disk = 2e-3, DISK._replace(restitution=restitution)
+    sim = Simulation(Motion(0.0, 0.0, 3.0, 0.0), disk, InitialState(axial_velocity=speed))
+    lasts = 2.0 * speed / (disk.gravity * (1.0 - restitution))
+    for part in (0.5, 0.9, 0.99, 0.999):
+        sim.advance(round(part * lasts * SECOND))
+        sample, energy = sim.sample(), sim.energy()
+        bounce = math.hypot(sample.axial_velocity, math.sqrt(2.0 * disk.gravity * sample.gap))
+        left = speed * (1.0 - part)
+        assert left * (1.0 - 2e-4) <= bounce <= left / restitution * (1.0 + 2e-4)
+        assert energy.relative_residual < 1e-12
+
+
 def test_an_input_just_before_a_chatter_ends_comes_after_the_impacts_before_it() -> None:
     """A chatter of 2u/(g(1 − ε)) = 1.6 ms: the closed form, which ends 1 ns later, is no event."""
     sim = Simulation(Motion(0.0, 0.0, 3.0, 0.0), DISK, InitialState(0.0, 4e-3))
