@@ -28,11 +28,8 @@ class Located:
 def files_of(path: Path) -> Located:
     """Find the files; InputError when there are none that can be read."""
     try:
-        kind = irregular(path)
-        if kind == "a folder":
+        if irregular(path) == "a folder":
             return _of_folder(path)
-        if kind:
-            raise InputError("bag", str(path), ALLOWED, f"It is {kind}.")
     except (OSError, ValueError) as error:
         if isinstance(error, InputError):
             raise
@@ -89,7 +86,7 @@ def _named(folder: Path) -> Located:
 def _why_not(file: Path) -> str:
     """Why a named file cannot be read."""
     try:
-        return irregular(file) or "missing"
+        return irregular(file)
     except (OSError, ValueError):
         return "missing"
 

@@ -200,7 +200,7 @@ def read(folder: Path) -> Metadata | None:
 
     Only what the .mcap files themselves do not say is taken from it: which files, which storage,
     which compression of whole files or messages, custom data. Raises InputError when it names
-    files outside of the bag, or one twice.
+    files outside of the bag.
     """
     path = folder / FILE_NAME
     try:
@@ -213,10 +213,6 @@ def read(folder: Path) -> Metadata | None:
         )
     except (InputError, KeyError, TypeError, AttributeError):
         return None
-    different = len({Path(name) for name in names})
-    if len(names) > limits.FILES or different < len(names):
-        given = f"{len(names)} files, {different} of them different"
-        raise InputError(str(path), given, f"up to {limits.FILES} files, each once")
     for name in names:
         if not _is_inside(name):
             raise InputError(str(path), name, "names of files within the bag")
@@ -232,9 +228,7 @@ def _texts(content: Any) -> list[str]:
 
 def _is_inside(name: str) -> bool:
     """Whether a path leads to a file within its folder, by its text."""
-    parts = Path(name).parts
-    is_name = name.isprintable() and len(name.encode()) <= limits.NAME
-    return bool(parts) and is_name and not Path(name).is_absolute() and ".." not in parts
+    return not Path(name).is_absolute() and ".." not in Path(name).parts
 
 
 def last_notes(notes: Mapping[str, str], files: Metadata) -> dict[str, dict[str, str]]:

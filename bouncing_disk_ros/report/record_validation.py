@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import limits, parameters
-from bouncing_disk_ros.core.model import IMPACT_DTYPE, ImpactKind, Motion, MotionInForce
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion, MotionInForce
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.field_checks import number
 
@@ -22,12 +22,11 @@ LARGEST_INDEX = 2.0**53
 """Whole numbers in rows are exact up to here."""
 LATEST_NS = 1 << 62
 """No simulated time lies beyond this."""
-_KINDS = tuple(ImpactKind)
 _NUMBERS = tuple(name for name in IMPACT_DTYPE.names or () if IMPACT_DTYPE[name] == np.dtype("<f8"))
 
 
 def checked_rows(rows: Rows, lacking: Container[str] = ()) -> Rows:
-    """The same rows of IMPACT_DTYPE, one or more, in the order of their index.
+    """The same rows of `impacts_from_msg`, one or more, in the order of their index.
 
     x, y and z, which only draw, are not looked at, nor are fields that the message is `lacking`.
     """
@@ -35,18 +34,16 @@ def checked_rows(rows: Rows, lacking: Container[str] = ()) -> Rows:
         if name in lacking:
             continue
         _all(name, rows, np.abs(rows[name]) <= limits.LARGEST, f"numbers up to {limits.LARGEST:g}")
-    for name, least in (("index", 0.0), ("cycles", -LARGEST_INDEX)):
+    for name in ("index", "cycles"):
         if name in lacking:
             continue
         values = rows[name]
-        whole = (values >= least) & (values <= LARGEST_INDEX) & (values == np.floor(values))
+        whole = (np.abs(values) <= LARGEST_INDEX) & (values == np.floor(values))
         _all(name, rows, whole, "whole numbers")
     phase = rows["forcing_phase"]
     if "forcing_phase" not in lacking:
         _all("forcing_phase", rows, (phase >= 0.0) & (phase <= math.tau), "angles from 0 to 2π rad")
-    _all("time", rows, rows["time"] >= 0.0, "seconds from 0 on")
     _all("count", rows, rows["count"] >= 1, "1 or more")
-    _all("kind", rows, np.isin(rows["kind"], _KINDS), "0, 1 or 2")
     _all("index", rows[1:], np.diff(rows["index"]) > 0.0, "an index that rises")
     return checked_times(rows)
 
