@@ -30,7 +30,7 @@ from bouncing_disk_ros.bag.notes import FORMAT_KEY, FORMAT_VERSION, NOTE, checke
 from bouncing_disk_ros.bag.records import Watch, nothing, without_repeats
 from bouncing_disk_ros.bag.rows import CLOUD, CloudRows, gather
 from bouncing_disk_ros.bag.source import Source
-from bouncing_disk_ros.errors import BagError, InputError, closest
+from bouncing_disk_ros.errors import BagError, InputError, closest, one_line
 from bouncing_disk_ros.impact_layout import IMPACT_LAYOUT
 from bouncing_disk_ros.units import NS
 
@@ -171,11 +171,12 @@ class Bag:
 
     def __init__(self, path: str | Path, watch: Watch = nothing) -> None:
         found = files_of(Path(path))
-        self.path, self.remarks = Path(path), list(found.remarks)
+        self.path = Path(path)
         self._sources = [Source(file, watch) for file in found.files]
         for source in self._sources[1:]:
             source.channels = without_repeats(source.channels)
-        self.remarks += [remark for source in self._sources for remark in source.remarks]
+        remarks = [found.remarks, *(source.remarks for source in self._sources)]
+        self.remarks = [one_line(remark) for some in remarks for remark in some]
         self.topics = topics_of((one.index, one.channels) for one in self._sources)
         self.notes = self._notes()
         version = self.notes.get(FORMAT_KEY, "0")
@@ -315,6 +316,7 @@ class Bag:
         """All points of the clouds of a topic; if `timed` the times of their messages beside."""
         if (kind := self._topic(topic).type) != CLOUD:
             raise InputError(f"type of {topic}", kind, CLOUD, "Use `columns` for it.")
+        self.check_installed(topic)
         gathered = CloudRows(self.decoder(topic))
         counts: list[int] = []
         times: list[tuple[int, int]] = []

@@ -29,7 +29,7 @@ from mcap.records import (
 
 from bouncing_disk_ros import limits
 from bouncing_disk_ros.errors import BagError
-from bouncing_disk_ros.regular_file import RegularFile
+from bouncing_disk_ros.regular_file import RegularFile, reason
 
 Content = bytes | memoryview
 Kind = TypeVar("Kind", Channel, Chunk, Footer, Header, Metadata, Schema)
@@ -63,13 +63,21 @@ def without_repeats(channels: Mapping[int, Channel]) -> dict[int, Channel]:
 # --- bytes of a file ------------------------------------------------------------------------------
 def stretch(file: RegularFile, offset: int, length: int) -> bytes:
     """`length` bytes from `offset` on; BagError where the file does not hold them."""
-    if offset < 0 or length < 0 or offset + length > file.size:
+    if length < 0 or offset + length > file.size:
         raise BagError(f"damaged: {length} bytes at byte {offset} of {file.size}")
-    file.seek(offset)
-    data = file.read(length)
+    try:
+        file.seek(offset)
+        data = file.read(length)
+    except OSError as error:
+        raise BagError(f"{file.path.name} cannot be read: {reason(error)}") from None
     if len(data) < length:
         raise BagError("it has become shorter while it was read")
     return data
+
+
+def content_at(file: RegularFile, offset: int, length: int) -> bytes:
+    """The content of the record at `offset`, for `read`: no more than that takes."""
+    return stretch(file, offset + HEAD.size, min(length - HEAD.size, limits.RECORD + 1))
 
 
 def parts(file: RegularFile, offset: int, length: int) -> Iterator[bytes]:
@@ -106,7 +114,7 @@ def stream(content: Content) -> ReadDataStream:
 def read(kind: type[Kind], content: Content) -> Kind:
     """A record of a kind from its content (what follows opcode and length); BagError: damaged."""
     if kind is not Chunk and len(content) > limits.RECORD:
-        raise BagError(f"a record of {len(content)} bytes (at most {limits.RECORD})")
+        raise BagError(f"a record of more than {limits.RECORD} bytes")
     try:
         return checked(kind.read(stream(content)))
     except UnicodeDecodeError:

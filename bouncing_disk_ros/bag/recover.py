@@ -28,7 +28,7 @@ from bouncing_disk_ros.bag.records import Watch, nothing, without_repeats
 from bouncing_disk_ros.bag.source import index_of
 from bouncing_disk_ros.bag.walk import Damage, Piece, Walk, record_name
 from bouncing_disk_ros.bag.writer import McapFile
-from bouncing_disk_ros.errors import BagError, InputError
+from bouncing_disk_ros.errors import BagError, InputError, one_line
 from bouncing_disk_ros.regular_file import RegularFile, not_made
 
 MOST_LINES = 200
@@ -51,7 +51,7 @@ class Report:
     def add(self, line: str) -> None:
         """List one damage more, or count it."""
         if len(self.lines) < MOST_LINES:
-            self.lines.append(line)
+            self.lines.append(one_line(line))
         else:
             self.unlisted += 1
 
@@ -106,7 +106,9 @@ def _beside(path: Path) -> Path:
 
 
 def _recovered(found: Located, folder: Path, watch: Watch) -> Report:
-    report = Report(folder, lines=list(found.remarks))
+    report = Report(folder)
+    for remark in found.remarks:
+        report.add(remark)
     files = [
         _File(file, folder / f"{folder.name}_{place}.mcap", report, place == 0, watch)
         for place, file in enumerate(found.files)

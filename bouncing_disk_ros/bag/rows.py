@@ -88,7 +88,6 @@ def as_column(values: Sequence[Any]) -> NDArray[Any]:
 
 # --- points of clouds -----------------------------------------------------------------------------
 _FORMATS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
-_MEMBERS = ("fields", "height", "width", "point_step", "row_step", "is_bigendian", "data")
 _POINT = 1 << 20
 """Bytes of a point, at most."""
 _END = 4
@@ -153,8 +152,6 @@ class CloudRows:
     def _learn(self, data: bytes) -> int:
         """Decode a message in full and remember where its parts stand."""
         cloud = self._decode(data)
-        if not all(hasattr(cloud, name) for name in _MEMBERS):
-            raise BagError("a cloud without the members of PointCloud2: its definition is another")
         dtype, points = cloud_dtype(cloud), cloud.data.tobytes()
         if self.dtype not in (None, dtype):
             raise BagError("the clouds of this topic have different fields; read them one by one")
@@ -174,8 +171,6 @@ class CloudRows:
         height_at = 4 + (12 + length + 3) // 4 * 4
         points_at = (len(data) - 1 - len(points)) // 4 * 4
         self._places = (0, 0)
-        if data[:4] != b"\0\1\0\0" or not height_at + 16 <= points_at:
-            return
         if data[points_at - 4 : points_at + len(points)] == struct.pack("<I", len(points)) + points:
             self._places = (height_at, points_at)
             self._frame = data[12:height_at]

@@ -28,6 +28,7 @@ from bouncing_disk_ros.bag.records import (
     PART,
     Watch,
     attachment,
+    content_at,
     nothing,
     read,
     read_name,
@@ -156,6 +157,7 @@ class Walk:
         while position < size:
             found = self._at(position)
             if found is None:  # the end of the data section
+                yield from self._behind(position)
                 return
             if isinstance(found, int):  # a record that says nothing
                 position += found
@@ -170,6 +172,16 @@ class Walk:
                 told = position
                 self._watch(position, size)
         yield Damage(size, 0, "the file has no end: it was not finished")
+
+    def _behind(self, position: int) -> Iterator[Damage]:
+        """Another file that was appended to this one, whose data section ends at a position."""
+        size, both = self._file.size, 2 * MAGIC
+        for start in range(position, size, PART):
+            window = stretch(self._file, start, min(PART + len(both), size - start))
+            if (at := window.find(both)) >= 0:
+                begin = start + at + len(MAGIC)
+                yield Damage(begin, size - begin, "another file begins here, which is not read")
+                return
 
     def _note(self, found: Piece | Damage) -> None:
         if isinstance(found, Damage):
@@ -227,9 +239,7 @@ class Walk:
         raise BagError(f"a record of kind {opcode} is not allowed here")
 
     def _small(self, opcode: int, position: int, whole: int) -> Piece | int:
-        if whole > limits.RECORD:
-            raise BagError(f"a record of {whole} bytes (at most {limits.RECORD})")
-        content = stretch(self._file, position + HEAD.size, whole - HEAD.size)
+        content = content_at(self._file, position, whole)
         match opcode:
             case Opcode.SCHEMA:
                 return Piece(position, whole, read(Schema, content))
@@ -267,8 +277,6 @@ class Walk:
     def _count_lost(self, position: int, whole: int) -> None:
         """Check a message index; after a damage it says what is lost."""
         rest = whole - HEAD.size - INDEX_HEAD.size
-        if rest < 0:
-            raise BagError("damaged message index")
         found = stretch(self._file, position + HEAD.size, INDEX_HEAD.size)
         channel, length = INDEX_HEAD.unpack(found)
         if not 0 <= rest - length < LEAST_CHUNK:  # bytes behind its entries hide no chunk

@@ -33,6 +33,7 @@ from mcap.writer import CompressionType, IndexType, Writer
 
 from bouncing_disk_ros import bag, limits
 from bouncing_disk_ros.bag.messages import Form, decoder
+from bouncing_disk_ros.bag.records import MAGIC
 from bouncing_disk_ros.bag.source import Source
 
 DATA = ("NoData", "OneAttachment", "OneMetadata", "OneMessage", "OneSchemalessMessage",
@@ -221,6 +222,39 @@ def test_a_type_may_be_named_in_two_parts_and_equal_times_keep_the_order_of_stor
     with bag.open(written(tmp_path / "a.mcap", records_of(times))) as run:
         found = [(row.log_time_ns, row.sequence) for row in run.messages()]
     assert found == [(1, 1), (1, 4), (5, 0), (5, 2), (5, 3), (5, 6), (9, 5)]
+
+
+def test_topics_may_be_defined_between_messages_outside_of_chunks(tmp_path: Path) -> None:
+    other = record(
+        Opcode.CHANNEL, struct.pack("<HH", 2, 1) + text(b"/other") + text(b"cdr"), text(b"")
+    )
+    last = record(Opcode.MESSAGE, struct.pack("<HIQQ", 2, 0, 3, 3), b"\0\1\0\0")
+    with bag.open(filed(tmp_path / "a.mcap", records_of([1, 2]), other, last)) as run:
+        assert [(row.topic, row.log_time_ns) for row in run.messages()] == [
+            ("/words", 1),
+            ("/words", 2),
+            ("/other", 3),
+        ]
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        record(Opcode.MESSAGE, bytes(21)),
+        record(Opcode.MESSAGE, struct.pack("<HIQQ", 1, 0, limits.TIME_NS + 1, 2)),
+        record(Opcode.MESSAGE, struct.pack("<HIQQ", 1, 0, 2, limits.TIME_NS + 1)),
+    ],
+)
+def test_a_damaged_message_outside_of_chunks_costs_no_other(tmp_path: Path, bad: bytes) -> None:
+    definitions = records_of([])
+    rows = [records_of([time]).removeprefix(definitions) for time in (1, 2, 3)]
+    with bag.open(filed(tmp_path / "a.mcap", definitions, *rows[:2], bad, rows[2])) as run:
+        assert "damaged: a message too short for its fields, or beyond" in "".join(run.remarks)
+        assert [row.log_time_ns for row in run.messages()] == [1, 2, 3]
+    (tmp_path / "b.mcap").write_bytes(MAGIC + b"".join([definitions, *rows])[:-1])
+    with bag.open(tmp_path / "b.mcap") as run:
+        assert "cut off" in "".join(run.remarks)
+        assert [row.log_time_ns for row in run.messages()] == [1, 2]
 
 
 def test_a_byte_is_0_to_255() -> None:

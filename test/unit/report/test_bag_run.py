@@ -12,16 +12,20 @@ from typing import Any
 
 import numpy as np
 import pytest
+from rclpy.serialization import serialize_message
+from sensor_msgs.msg import PointCloud2
+from trajectory_msgs.msg import JointTrajectory
 
 from bouncing_disk_ros import bag
 from bouncing_disk_ros.bag.reader import Message
-from bouncing_disk_ros.core.model import join_rows
+from bouncing_disk_ros.core.model import IMPACT_DTYPE, Motion, MotionInForce, join_rows
 from bouncing_disk_ros.errors import InputError
 from bouncing_disk_ros.nodes.replay.bag_streams import Recorded, replay_bag
 from bouncing_disk_ros.nodes.replay.replay_text import verdict
 from bouncing_disk_ros.report import read_run
 from bouncing_disk_ros.report.message_order import Losses, RunOrder, Sign, in_order_of_sending
 from bouncing_disk_ros.report.read_run import BagRun, ReadOptions
+from bouncing_disk_ros.ros.to_messages import impacts_to_msg, motion_to_msg
 from support.checks import refused, there
 from support.recorded import NS, START_NS, RecordedRun, Sent, period_one_bag
 
@@ -154,6 +158,53 @@ def test_a_bag_without_a_simulator_is_one_clear_line(tmp_path: Path) -> None:
         writer.add_topic("/joint_states", "sensor_msgs/msg/JointState", [bag.OfferedQos()])
         writer.write("/joint_states", bytes(8), START_NS)
     refused("got '/joint_states'", read, tmp_path / "arm")
+
+
+def rows_with(name: str, *values: float) -> PointCloud2:
+    """A message of two impacts, of which one field has these values."""
+    rows = np.zeros(2, IMPACT_DTYPE)
+    rows["count"], rows["index"], rows["time"] = 1, (0, 1), (0.25, 0.5)
+    rows[name] = values
+    return impacts_to_msg(rows, START_NS)
+
+
+def motion_with(**values: Any) -> JointTrajectory:
+    """A message of a motion, some fields of which have these values."""
+    motion = Motion(axial_amplitude=0.01, angular_amplitude=0.2, frequency=3.0, phase_lag=0.1)
+    whole = MotionInForce(0, 0, motion, motion, 0, 0.0)
+    return motion_to_msg(whole._replace(**values), START_NS)
+
+
+@pytest.mark.parametrize(
+    ("msg", "said"),
+    [
+        (rows_with("axial_impulse", 0.0, math.nan), "impacts, axial_impulse: got nan"),
+        (rows_with("axial_impulse", 0.0, 1.1e30), "impacts, axial_impulse: got 1.1e\\+30"),
+        (rows_with("index", 0.0, 0.5), "impacts, index: got 0.5, allowed: whole numbers"),
+        (rows_with("index", 1.0, 1.0), "impacts, index: got 1.0, allowed: an index that rises"),
+        (rows_with("cycles", 0.5, 1.0), "impacts, cycles: got 0.5, allowed: whole numbers"),
+        (rows_with("cycles", 0.0, 2.0**54), "impacts, cycles: got 1.8.*e\\+16"),
+        (rows_with("forcing_phase", -0.1, 0.0), "impacts, forcing_phase: got -0.1"),
+        (rows_with("forcing_phase", 0.0, 6.3), "impacts, forcing_phase: got 6.3"),
+        (rows_with("count", 1, 0), "impacts, count: got 0"),
+        (rows_with("time", 0.5, 0.25), "impacts, time: got 0.25, allowed: times that do not fall"),
+        (motion_with(forcing_phase=-0.1), "platform/motion forcing_phase: got -0.1"),
+        (motion_with(forcing_phase=6.3), "platform/motion forcing_phase: got 6.3"),
+        (motion_with(begin_ns=-1, end_ns=0), "simulated_time: got '-1 to 0 ns'"),
+        (motion_with(begin_ns=5, end_ns=4), "simulated_time: got '5 to 4 ns'"),
+        (motion_with(begin_ns=1 << 63, end_ns=1 << 63), "simulated_time: got '9.* to 9.* ns'"),
+    ],
+)
+def test_a_message_that_no_simulator_sends_ends_in_one_line(
+    tmp_path: Path, msg: Any, said: str
+) -> None:
+    is_motion = isinstance(msg, JointTrajectory)
+    topic = "/platform/motion" if is_motion else "/disk/impacts"
+    kind = "trajectory_msgs/msg/JointTrajectory" if is_motion else "sensor_msgs/msg/PointCloud2"
+    with bag.Writer(tmp_path / "run") as writer:
+        writer.add_topic(topic, kind)
+        writer.write(topic, serialize_message(msg), START_NS, sequence=1)
+    refused(said, read, tmp_path / "run")
 
 
 def test_times_and_rows_are_limited_as_asked(period_one: Callable[..., Path]) -> None:
