@@ -27,7 +27,7 @@ from bouncing_disk_ros.bag.messages import decoder, message_type
 from bouncing_disk_ros.bag.schema import schema_of
 from bouncing_disk_ros.bag.source import Source
 from bouncing_disk_ros.errors import InputError
-from bouncing_disk_ros.regular_file import RegularFile
+from bouncing_disk_ros.regular_file import RegularFile, read_text
 from bouncing_disk_ros.report import bag_recover
 from reference.cases import examples
 from support.bags import START_NS, TYPES, Sent, make, messages, read, write
@@ -575,6 +575,7 @@ def test_a_disk_that_cannot_be_read_is_told_in_one_line(
     folder = put(tmp_path / "run", forged({}, short(summary=summary)))
     (folder / "metadata.yaml").symlink_to("/proc/self/mem")  # its first byte cannot be read
     assert "metadata.yaml cannot be used" in told(folder)
+    refused("Input/output error", read_text, "preset", folder / "metadata.yaml", 10)
     with bag.open(folder) as run:
         monkeypatch.setattr(RegularFile, "read", fails)
         with pytest.raises(bag.BagError, match=r"run_0\.mcap cannot be read: Input/output error"):
@@ -623,8 +624,11 @@ def test_what_is_no_bag_of_ours_is_refused_with_what_to_do(tmp_path: Path) -> No
 def test_what_metadata_yaml_has_in_another_form_is_not_used(tmp_path: Path) -> None:
     folder = put(tmp_path / "run", forged({}, short()))
     head = "rosbag2_bagfile_information: {storage_identifier: mcap, relative_file_paths: "
-    (folder / "metadata.yaml").write_text(head + "run_0.mcap}")
-    assert "metadata.yaml cannot be used" in told(folder)
+    others = ("5", "rosbag2_bagfile_information: 5", "rosbag2_bagfile_information: {}",
+              head + "run_0.mcap}", head + "[run_0.mcap], custom_data: [5]}")  # fmt: skip
+    for text in others:
+        (folder / "metadata.yaml").write_text(text)
+        assert "metadata.yaml cannot be used" in told(folder), text
     notes = 'custom_data: {bouncing_disk_ros.version: "\\e[31m"}'
     (folder / "metadata.yaml").write_text(f"{head}[run_0.mcap], {notes}}}")
     assert bag.recover(folder).saved == 12

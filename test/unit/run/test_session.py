@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import pytest
 from numpy.typing import NDArray
 
 from bouncing_disk_ros import parameters
-from bouncing_disk_ros.core.model import Motion, Sample, join_rows
+from bouncing_disk_ros.core.model import Disk, InitialState, Motion, Sample, join_rows
 from bouncing_disk_ros.core.simulation import Simulation
 from bouncing_disk_ros.run import input_records as records_of
 from bouncing_disk_ros.run.loop import Loop
@@ -73,6 +74,69 @@ def test_reset_takes_the_parameters_as_they_are_now() -> None:
 )  # fmt: skip
 def test_text_that_is_no_record_is_refused(text: str) -> None:
     refused("input record", records_of.from_json, text)
+
+
+KNOT, POINT = [6, 1, 0.0, 0.0, 0.0], [6, [0.1, 0.1, 3.0, 0.0]]
+DISK = {name: parameters.DEFAULTS[name] for name in Disk._fields}
+INITIAL = {name: parameters.DEFAULTS[f"initial_{name}"] for name in InitialState._fields}
+MOTION = {name: parameters.DEFAULTS[name] for name in Motion._fields}
+WHOLE: dict[str, dict[str, Any]] = {
+    "snapshot": {"state": {}, "parameters": DISK},
+    "motion": {"points": [POINT], "crossfade_ns": 0},
+    "trajectory": {"begin_ns": 5, "joints": {"platform_axial": [KNOT]}},
+    "impulse": {"at_ns": 5, "axial_impulse": 0.1, "angular_impulse": 0.0},
+    "parameters": {"values": {"friction": 0.5, "pacing": "x", "of_another": 1}, "disk": DISK},
+    "pause": {"paused": True},
+    "reset": {"initial": INITIAL, "motion": MOTION},
+}
+"""The fields of a record of each kind."""
+
+
+@pytest.mark.parametrize(
+    ("kind", "changes", "said"),
+    [
+        ("pause", {"index": -1}, "index: got -1"),
+        ("pause", {"index": 2**53 + 1}, "index: got 9007199254740993"),
+        ("pause", {"index": True}, "index: got True"),
+        ("pause", {"time_ns": -1}, "time_ns: got -1"),
+        ("pause", {"time_ns": 2**63 - 1}, "time_ns: got 9223372036854775807"),
+        ("pause", {"paused": 1}, "paused: got 1, allowed: true or false"),
+        ("snapshot", {"state": []}, "state: got \\[\\], allowed: a JSON object"),
+        ("snapshot", {"version": "x" * 1025}, "version: got 'xxx"),
+        ("snapshot", {"parameters": {}}, "parameters mass: got 'nothing'"),
+        ("snapshot", {"parameters": {**DISK, "mass": 0.0}}, "mass: got 0.0"),
+        ("motion", {"points": 5}, "points: got 5, allowed: a list"),
+        ("motion", {"points": [POINT, POINT]}, "points, instant: got 6"),
+        ("motion", {"points": [[6, [0.1, 0.1, 3.0]]]}, "points: got .*0.1, 3.0"),
+        ("motion", {"points": [[6, [0.1, 0.1, 0.0, 0.0]]]}, "frequency: got 0.0"),
+        ("motion", {"crossfade_ns": -1}, "crossfade_ns: got -1"),
+        ("motion", {"crossfade_ns": 10**15 + 1}, "crossfade_ns: got 1000000000000001"),
+        ("trajectory", {"begin_ns": 4}, "begin_ns: got 4"),
+        ("trajectory", {"joints": {"arm": []}}, "got 'arm', allowed: platform_axial, platform_r"),
+        ("trajectory", {"joints": {"platform_axial": [KNOT, KNOT]}}, "instant: got 6"),
+        ("trajectory", {"joints": {"platform_axial": [KNOT[:4]]}}, "platform_axial: got"),
+        ("trajectory", {"joints": {"platform_axial": [[6, 2, *KNOT[2:]]]}}, "degree: got 2"),
+        *(("trajectory", {"joints": {"platform_axial": [[*KNOT[:at], 1e30, *KNOT[at + 1:]]]}},
+           "knot: got 1e\\+30") for at in (2, 3, 4)),
+        ("impulse", {"at_ns": 4}, "at_ns: got 4"),
+        ("impulse", {"axial_impulse": 1e300}, "axial_impulse: got 1e\\+300"),
+        ("impulse", {"angular_impulse": -1e300}, "angular_impulse: got -1e\\+300"),
+        ("parameters", {"values": {"mass": "1"}}, "mass: got '1'"),
+        ("parameters", {"values": {"mass": True}}, "mass: got True"),
+        ("parameters", {"values": {"mass": -1.0}}, "mass: got -1.0"),
+        ("parameters", {"values": {"of_another": []}}, "of_another: got"),
+        ("parameters", {"disk": {**DISK, "height": 1.0}}, "disk: got 'height'"),
+        ("parameters", {"disk": {**DISK, "mass": -1.0}}, "disk mass: got -1.0"),
+        ("reset", {"initial": {}}, "initial height: got"),
+        ("reset", {"motion": {**MOTION, "frequency": 0.0}}, "motion frequency: got 0.0"),
+    ],
+)  # fmt: skip
+def test_a_record_with_a_field_that_none_has_is_refused(
+    kind: str, changes: dict[str, Any], said: str
+) -> None:
+    whole = {"index": 0, "time_ns": 5, "kind": kind, **WHOLE[kind]}
+    assert records_of.from_json(json.dumps(whole))["kind"] == kind
+    refused(f"input record.*{said}", records_of.from_json, json.dumps({**whole, **changes}))
 
 
 def test_numbers_that_are_none_never_reach_the_record() -> None:
