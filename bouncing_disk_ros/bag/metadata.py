@@ -200,7 +200,7 @@ def read(folder: Path) -> Metadata | None:
 
     Only what the .mcap files themselves do not say is taken from it: which files, which storage,
     which compression of whole files or messages, custom data. Raises InputError when it names
-    files outside of the bag.
+    files outside of the bag, or too many.
     """
     path = folder / FILE_NAME
     try:
@@ -213,6 +213,8 @@ def read(folder: Path) -> Metadata | None:
         )
     except (InputError, KeyError, TypeError, AttributeError):
         return None
+    if len(names) > limits.FILES:
+        raise InputError(str(path), f"{len(names)} files", f"at most {limits.FILES}")
     for name in names:
         if not _is_inside(name):
             raise InputError(str(path), name, "names of files within the bag")

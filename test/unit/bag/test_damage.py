@@ -594,6 +594,9 @@ def test_more_files_than_are_allowed_are_refused(
     bag.open(tmp_path)
     monkeypatch.setattr(limits, "FILES", 1)
     refused("of 2 files', allowed: at most 1", bag.open, tmp_path)
+    named = "  relative_file_paths: [run_0.mcap, run_1.mcap]\n  storage_identifier: mcap\n"
+    (tmp_path / "one" / "metadata.yaml").write_text(f"rosbag2_bagfile_information:\n{named}")
+    refused("got '2 files', allowed: at most 1", bag.open, tmp_path / "one")
 
 
 def test_what_is_no_bag_of_ours_is_refused_with_what_to_do(tmp_path: Path) -> None:
