@@ -271,10 +271,10 @@ def mixed(own: Mapping[str, Interval], others: Sequence[Alternative]) -> dict[st
     side of a value the probability is half of a normal one.
     """
     found = dict(own)
-    for name in own if others else ():
+    for name in others[0].parameters if others else ():
         one, intervals = own[name], [own[name]]
         for other in others:
-            given = other.parameters.get(name, one)
+            given = other.parameters[name]
             turns = round((one.value - given.value) / math.tau) if name == "forcing_phase" else 0
             intervals.append(_moved(given, turns * math.tau, 1.0))
         odds = [1.0, *(other.odds for other in others)]
