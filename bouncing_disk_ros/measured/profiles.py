@@ -207,6 +207,8 @@ class Profiles:
         self.data, self.model = data, model
         self.count = data.count + (model.phase is not None)
         self.degrees = self.count - len(model.free)
+        if not data.is_absolute and data.count <= len(model.free):
+            self.degrees = 0  # a reference has its own error: it tells nothing of the other errors
         self._weights: dict[float, float] = {}
         self._distributions: dict[int, Callable[[float], float]] = {}
         self.nodes = self._nodes(start, times)
@@ -632,5 +634,6 @@ class Profiles:
             return normal(side * math.sqrt(fall))
         if fall > 600.0 * self.count:
             return 1.0 if side > 0.0 else 0.0
-        root = math.sqrt(self.degrees * math.expm1(fall / self.count))
-        return t_probability(self.degrees, side * root)
+        degrees = self.data.count - len(self.model.free)  # without that of a reference
+        root = math.sqrt(degrees * math.expm1(fall / self.count))
+        return t_probability(degrees, side * root)

@@ -665,6 +665,19 @@ def test_hits_after_flights_that_tell_little_are_kept() -> None:
         assert not len(found.contacts)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_a_phase_reference_tells_nothing_of_the_errors_of_times(seed: int) -> None:
+    """Few hits and a reference: ε was told to 1e-13, of four of the five hits, with a preset."""
+    hits, phase = on_plate(5, 0.55, 0.5, seed=seed)
+    known: dict[str, Any] = {
+        "frequency": 20.0, "scatter": 0.0, "forcing_phase": (phase + 0.03) % math.tau,
+        "axial_amplitude": 0.55 * math.pi * GRAVITY / OMEGA**2, "forcing_phase_error": 0.05,
+    }  # fmt: skip
+    assert "restitution" in fit_impacts(hits[:4], **known).untold
+    found = fit_impacts(hits, **known)["restitution"]
+    assert found.low < 0.5 < found.high
+
+
 def test_an_interval_of_two_chains_holds_what_both_leave_beyond_its_ends() -> None:
     """Half of the probability is around 0, half around 10 (mean) or around 0.5 rad + 2π."""
     spread, none = 1.959963984540054, np.empty(0)
