@@ -54,7 +54,11 @@ class RegularFile(io.BufferedReader):
             raise InputError(field, str(path), allowed, reason(error)) from None
         if found:
             raise InputError(field, str(path), allowed, f"It is {found}.")
-        self.path, self.size = path, os.fstat(self.fileno()).st_size
+        status = os.fstat(self.fileno())
+        if not stat.S_ISREG(status.st_mode):  # exchanged in between
+            self.close()
+            raise InputError(field, str(path), allowed)
+        self.path, self.size = path, status.st_size
 
 
 def read_bytes(field: str, path: Path, most: int) -> bytes:

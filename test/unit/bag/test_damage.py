@@ -21,7 +21,7 @@ from mcap.writer import CompressionType
 from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import Reader
 
-from bouncing_disk_ros import bag, limits
+from bouncing_disk_ros import bag, limits, regular_file
 from bouncing_disk_ros.bag import chunk_reader, metadata, walk
 from bouncing_disk_ros.bag.messages import decoder, message_type
 from bouncing_disk_ros.bag.schema import schema_of
@@ -582,6 +582,15 @@ def test_a_disk_that_cannot_be_read_is_told_in_one_line(
             list(run.messages())
     with pytest.raises(bag.BagError, match=r"run_0\.mcap cannot be read: Input/output error"):
         bag.recover(folder)
+
+
+def test_a_file_that_is_exchanged_before_it_is_opened_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    os.mkfifo(tmp_path / "preset.yaml")
+    monkeypatch.setattr(regular_file, "irregular", lambda _: "")  # as it was before
+    allowed = r"preset: got .*preset\.yaml', allowed: a regular file that can be read"
+    refused(allowed, read_text, "preset", tmp_path / "preset.yaml", 10)
 
 
 def test_more_files_than_are_allowed_are_refused(
