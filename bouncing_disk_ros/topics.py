@@ -171,12 +171,11 @@ LOCKSTEP_TOPICS: Mapping[str, Topic] = MappingProxyType({row.name: row for row i
 
 _STUDY_TOPICS = (
     Topic("~/progress", "std_msgs/msg/Float32", Qos(1, latched=True), Direction.OUT,
-          "share of the parts that are done, 0 to 1", "ros2 topic echo /basins/progress"),
+          "share of the parts that are done, 0 to 1"),
     Topic("~/figure/compressed", "sensor_msgs/msg/CompressedImage", Qos(1, latched=True),
-          Direction.OUT, "the main figure, PNG; with figures:=none only for those who subscribe, "
-          "and with hold:=true", "ros2 run rqt_image_view rqt_image_view /basins/figure"),
+          Direction.OUT, "the main figure, PNG"),
     Topic("~/result", "sensor_msgs/msg/Image", Qos(1, latched=True), Direction.OUT,
-          "of a study of a map: the map", "ros2 topic echo /basins/result --no-arr"),
+          "of a study of a map: the map"),
 )  # fmt: skip
 STUDY_TOPICS: Mapping[str, Topic] = MappingProxyType({row.name: row for row in _STUDY_TOPICS})
 """Topics of the node of a study (private names)."""
@@ -184,7 +183,6 @@ STUDY_TOPICS: Mapping[str, Topic] = MappingProxyType({row.name: row for row in _
 JUGGLE_STATUS = Topic(
     "~/status", "std_msgs/msg/String", Qos(1, latched=True), Direction.OUT,
     "of the node juggle: what it waits for, whether the orbit is captured, or why it cannot juggle",
-    "ros2 topic echo /juggle/status",
 )  # fmt: skip
 
 _SERVICES = (

@@ -138,8 +138,8 @@ def _rounding(
 ) -> float:
     """Below minus this a drive pushes against the sign at which its search begins.
 
-    Up to this it may be off by its own rounding, by that of the phase and by that of the instant.
-    `over`: the bounds there, not those of a whole cross-fade.
+    Up to this it may be off, as drive, phase and instant are rounded. `over`: the bounds at that
+    instant, not of a whole cross-fade.
     """
     if which not in (DRIVE, SPIN_DRIVE):
         return math.inf
@@ -150,7 +150,7 @@ def _rounding(
 
 @rare_kernel
 def turning_rounding(motion: Record, over: Bounds, elapsed: float) -> float:
-    """What β̇ may be off by where it is 0: its own rounding, that of the phase and of the instant.
+    """What β̇ may be off by where it is 0, as β̇, phase and instant are rounded.
 
     Where an offset turns the platform too, it is as fast there as the sinusoid. An amplitude that
     fades is rounded on the scale of the larger one, as its bounds are.

@@ -43,8 +43,8 @@ _NAMES = {RESTITUTION: "restitution", AMPLITUDE: "axial_amplitude", PHASE: "forc
 class Alternative:
     """Other impacts that explain the hits: times of missed ones and of rejected hits, s.
 
-    `odds`: of these impacts against the impacts of the fit. `parameters`: restitution and platform,
-    as those of the fit.
+    `odds`: of these impacts against the impacts of the fit. `parameters`: their restitution and
+    platform.
     """
 
     missed: Array
@@ -54,7 +54,7 @@ class Alternative:
 
     @property
     def restitution(self) -> Interval:
-        """That of these impacts."""
+        """The restitution with these impacts."""
         return self.parameters["restitution"]
 
     @property
@@ -88,8 +88,8 @@ class ImpactFit:
     exclude, Hz, 0 for a platform at rest, or nan. `chance`: estimate of the probability that hits
     of no law have flights as likely as these; nan with too few impacts. `alternatives`: other
     impacts, with other parameters, that these hits do not exclude at a level of 1 %: the intervals
-    of restitution and platform hold them by their odds. `second`: the
-    fit of rejected hits, where they are flights of a second disk.
+    of restitution and platform hold them by their odds. `second`: the fit of rejected hits, where
+    they are flights of a second disk.
     `untold`: parameters that these data do not tell. `laws`: at rest, laws of the restitution with
     their evidence, the constant one first. `prediction`: impacts to come, with a constant one.
     `sound`: where the hits were heard, or None.
@@ -265,10 +265,10 @@ class ImpactFit:
 
 
 def mixed(own: Mapping[str, Interval], others: Sequence[Alternative]) -> dict[str, Interval]:
-    """Intervals of parameters that are those of a fit, or of other impacts by their odds.
+    """Intervals of a fit, widened for other impacts that its hits do not exclude, by their odds.
 
-    Beyond either end is 2.5 % of the probability, but each interval holds that of the fit. On each
-    side of a value the probability is half of a normal one.
+    2.5 % of the probability is beyond either end, but no interval becomes shorter. The probability
+    is half of a normal distribution on each side of each value.
     """
     found = dict(own)
     for name in others[0].parameters if others else ():
