@@ -206,9 +206,10 @@ class Profiles:
         """`times`: near the true ones; the search for a given scatter begins there."""
         self.data, self.model = data, model
         self.count = data.count + (model.phase is not None)
-        self.degrees = self.count - len(model.free)
-        if not data.is_absolute and data.count <= len(model.free):
-            self.degrees = 0  # a reference has its own error: it tells nothing of the other errors
+        self.beyond = self.count - len(model.free)
+        """Equations beyond the parameters."""
+        self.degrees = (self.count if data.is_absolute else data.count) - len(model.free)
+        """Equations that tell errors which are not given; a reference has an error of its own."""
         self._weights: dict[float, float] = {}
         self._distributions: dict[int, Callable[[float], float]] = {}
         self.nodes = self._nodes(start, times)
@@ -302,7 +303,7 @@ class Profiles:
         """c: of the errors, 1 where they are absolute."""
         if self.data.is_absolute:
             return 1.0
-        return math.sqrt(self._squares(node) / max(self.degrees, 1))
+        return math.sqrt(self._squares(node) / max(self.beyond, 1))
 
     def covariance(self, node: Node, free: Sequence[int] | None = None) -> Array:
         """Of the free parameters; directions that are not told are bounded by their range."""
@@ -388,7 +389,7 @@ class Profiles:
         node = self.fit(_LARGEST_RATIO * spread, start, self.data.times, self.model.free)
         most = _LARGEST_RATIO
         if node.squares < _FAILED and self.data.floor > 0.0:
-            scatter = node.rho * math.sqrt(node.squares / max(self.degrees, 1))
+            scatter = node.rho * math.sqrt(node.squares / max(self.beyond, 1))
             most = min(most, max(scatter / (self.data.floor * spread), 1.0))
         return math.atan(most)
 
@@ -434,7 +435,7 @@ class Profiles:
         size = float(np.linalg.slogdet(h)[1]) if len(h) else 0.0
         if self.data.is_absolute:
             return -0.5 * (node.squares + node.log_det + size)
-        return -0.5 * (self.degrees * math.log(self._squares(node)) + node.log_det + size)
+        return -0.5 * (self.beyond * math.log(self._squares(node)) + node.log_det + size)
 
     @cached_property
     def ridges(self) -> list[tuple[Array, Array]]:
@@ -500,7 +501,7 @@ class Profiles:
         """Of the confidence distribution, relative to its top."""
         if self.data.is_absolute:
             return math.exp(-0.5 * fall)
-        return math.exp(-0.5 * fall * (self.degrees + 1) / self.count)
+        return math.exp(-0.5 * fall * (self.beyond + 1) / self.count)
 
     # --- estimates -------------------------------------------------------------------------------
     @property
@@ -634,6 +635,5 @@ class Profiles:
             return normal(side * math.sqrt(fall))
         if fall > 600.0 * self.count:
             return 1.0 if side > 0.0 else 0.0
-        degrees = self.data.count - len(self.model.free)  # without that of a reference
-        root = math.sqrt(degrees * math.expm1(fall / self.count))
-        return t_probability(degrees, side * root)
+        root = math.sqrt(self.degrees * math.expm1(fall / self.count))
+        return t_probability(self.degrees, side * root)
